@@ -15,8 +15,8 @@ np.savetxt(folder / "log.csv", rows, delimiter=",", header="time,velocity,torque
 
 log = read_log(folder / "log.csv", torque="torque", velocity="velocity", time="time")
 found = identify_log(log, torque_delay=0.001)  # a row's torque is held until the next: half a period late
-for name, reported in found.parameters.items():
-    estimate = reported.estimate
+for name, estimate in found.parameters.items():
     print(f"{name:18s} {estimate.value:10.4g}   95 %: {estimate.lower:.4g} to {estimate.upper:.4g} {found.units[name]}")
-for sentence in [*found.verdict, *found.cautions]:  # cautions: what was left out of the log, or is wrong with it
+print("verdict:", found.grade)
+for sentence in found.cautions:  # cautions: what was left out of the log, or is wrong with it
     print(sentence)

@@ -56,14 +56,27 @@ def columns_taken(columns: Mapping[str, str]) -> str:
 
 
 def with_torque_constant(
-    scales: Mapping[str, float], columns: Mapping[str, str], torque_constant: float | None
+    scales: Mapping[str, float],
+    columns: Mapping[str, str],
+    torque_constant: float | None,
+    resistance: float | None = None,
+    *,
+    is_voltage: bool = False,
 ) -> dict[str, float]:
-    """Return the factors by column with that of a current, N m/A (N/A), in that of the torque."""
+    """Return the factors by column with that of a current, N m/A (N/A), or of a voltage, in that of the torque."""
+    for option, value in (("--torque-constant", torque_constant), ("--resistance", resistance)):
+        if value is not None and (not math.isfinite(value) or value == 0.0):
+            raise InputError(f"{option} = {value:g} is not allowed: it must be finite and not zero")
+    if is_voltage and (torque_constant is None or resistance is None or resistance < 0.0):
+        raise InputError(
+            "--voltage takes --resistance, in ohm, positive, and --torque-constant, in N m/A (N/A), as well"
+        )
+    if resistance is not None and not is_voltage:
+        raise InputError("--resistance is that of a motor whose voltage is given; give --voltage, too")
     if torque_constant is None:
         return dict(scales)
-    if not math.isfinite(torque_constant) or torque_constant == 0.0:
-        raise InputError(f"--torque-constant = {torque_constant:g} is not allowed: it must be finite and not zero")
-    return {**scales, columns["torque"]: torque_constant * scales.get(columns["torque"], 1.0)}
+    factor = torque_constant / (resistance or 1.0)
+    return {**scales, columns["torque"]: factor * scales.get(columns["torque"], 1.0)}
 
 
 def is_current(column: str) -> bool:
@@ -97,6 +110,8 @@ def column_factors(
     linear: bool,
     further: Mapping[str, str] | None = None,
     takes_current: bool = True,
+    resistance: float | None = None,
+    is_voltage: bool = False,
 ) -> Factors:
     """Return the factors that a user gave, and warn of units that columns say and no factor was given for.
 
@@ -114,6 +129,10 @@ def column_factors(
         Whether the joint is a linear axis.
     takes_current : bool, optional
         Whether a current will do as the torque.
+    resistance : float, optional
+        Of a motor whose voltage is given, ohm.
+    is_voltage : bool, optional
+        Whether the torque is a voltage.
 
     Raises
     ------
@@ -123,7 +142,7 @@ def column_factors(
     from adaptive_ff.logs.columns import read_scales, with_units
 
     given = read_scales(scale)
-    scales = with_torque_constant(given, columns, torque_constant)
+    scales = with_torque_constant(given, columns, torque_constant, resistance, is_voltage=is_voltage)
     named = with_units(path, {**columns, **(further or {})})
     is_current = torque_constant is None and is_in_amperes(named["torque"], given.get(columns["torque"]))
     if is_current and not takes_current:

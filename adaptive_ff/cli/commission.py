@@ -68,7 +68,7 @@ def commission_command(
     from adaptive_ff.report.bandwidth_tables import best_table
     from adaptive_ff.report.drawing import write_stamped
     from adaptive_ff.report.html_page import NAME, write_report
-    from adaptive_ff.report.parameter_tables import parameters_table
+    from adaptive_ff.report.parameter_tables import parameters_table, verdict_lines
     from adaptive_ff.scenario.file import to_toml
     from adaptive_ff.scenario.scenario import load_scenario
     from adaptive_ff.simulation.loop import run_in_memory
@@ -93,7 +93,7 @@ def commission_command(
                 gain = gain_on_the_true_joint(loaded, result, study)
         pictures |= found.plot(None) | {"tune": study.plot()}
         write_stamped(pictures, stage, drawn, source if log is None else str(log))
-        shown: list[Table | str] = [parameters_table(found), best_table(study), *taken, *found.verdict]
+        shown: list[Table | str] = [parameters_table(found), best_table(study), *taken, *verdict_lines(found)]
         shown += _taken_from(source, found) if gain is None else _said(gain)
         if report:
             title = f"Commissioning of {source if log is None else log}"
@@ -178,7 +178,7 @@ def _tuned(scenario: "Scenario", found: "LogIdentification", progress: Progress)
 
 def _taken_from(source: str, found: "LogIdentification") -> list[str]:
     """Return what of the scenario is not from the log, and what of the log is not in the scenario."""
-    from adaptive_ff.identify.words.scenario_text import left_out
+    from adaptive_ff.identify.scenario_text import left_out
 
     left = left_out(found)
     return [

@@ -26,17 +26,13 @@ def export_command(
     """Write a controller as C99 source, with a self-test, an example and a CMake file."""
     from adaptive_ff.cli.terminal import Printer
     from adaptive_ff.export.project import export_controller
-    from adaptive_ff.replay.state import read_state, state_from_json
 
     content = None if state is None else _read(state)
-    if content is not None and "settings" in content:
-        if scenario is not None:
-            raise InputError(f"{state}: holds its own settings; give either it or a scenario, not both")
-        if controller not in (None, "adaptive"):
-            raise InputError(f"--controller = {controller!r} is not allowed with {state}: it is of the adaptive one")
-        _, made = state_from_json(read_state(_given(state)))
-    else:
-        made = _from_scenario(scenario, controller or "adaptive", state, content)
+    if content is not None and ("replay" in content or "settings" in content):
+        raise InputError(
+            f"{state}: is the state of a replay, not of a controller; identify the log, and give its scenario.toml"
+        )
+    made = _from_scenario(scenario, controller or "adaptive", state, content)
     name = prefix if prefix is not None else controller or "adaptive"
     files = export_controller(made, out, prefix=name, single=single, with_fmu=fmu)
     Printer().print(
@@ -59,11 +55,6 @@ def _from_scenario(scenario: Path | None, name: str, state: Path | None, content
         except ValueError as error:
             raise InputError(f"{state}: {error}") from error
     return made
-
-
-def _given(state: Path | None) -> Path:
-    assert state is not None
-    return state
 
 
 def _read(state: Path) -> dict[str, Any]:

@@ -10,6 +10,7 @@ import typer
 from adaptive_ff.cli.columns import chosen_columns, column_factors, columns_taken, read_columns
 from adaptive_ff.cli.options import (
     OUT,
+    Details,
     Formats,
     GearRatio,
     JsonCopy,
@@ -22,12 +23,14 @@ from adaptive_ff.cli.options import (
     PositionHats,
     PositionPeriod,
     Report,
+    Resistance,
     Scale,
     Time,
     Torque,
     TorqueConstant,
     TorqueDelay,
     Velocity,
+    Voltage,
     known_periods,
     picture_formats,
 )
@@ -43,9 +46,6 @@ if TYPE_CHECKING:
 SCENARIO, REFERENCE = "scenario.toml", "reference.csv"
 """Files of the identified joint."""
 
-HELD_OUT = 0.25
-"""Default of ``--held-out``; that of ``identify_log``, which the tests compare."""
-
 
 def identify_command(
     log: LogFile,
@@ -57,17 +57,19 @@ def identify_command(
     known_torque: KnownTorque = None,
     scale: Scale = None,
     bandwidth: Annotated[float | None, typer.Option(help="Band of the regression, Hz; chosen if not given.")] = None,
-    held_out: Annotated[float, typer.Option(help="Share of the log, at its end, to validate on.")] = HELD_OUT,
-    validate: Annotated[
-        Path | None, typer.Option(help="Another log, of the same columns, to validate on; all of LOG is then fitted.")
-    ] = None,
+    held_out: Annotated[
+        float, typer.Option(help="Share of the log, at its end, that is validated on instead of fitted.")
+    ] = 0.0,
+    validate: Annotated[Path | None, typer.Option(help="Another log, of the same columns, to validate on.")] = None,
     torque_delay: TorqueDelay = None,
     torque_constant: TorqueConstant = None,
+    voltage: Voltage = None,
+    resistance: Resistance = None,
     model: Annotated[
         str,
         typer.Option(
-            help="Family of models: coulomb-viscous, symmetric, offset, directions, gravity or "
-            "gravity-directions; auto takes the one that predicts held-out data best."
+            help="Terms: coulomb-viscous, symmetric, offset, directions, gravity or gravity-directions; auto takes "
+            "gravity where it takes torque. All but coulomb-viscous may be refined."
         ),
     ] = "auto",
     position_period: PositionPeriod = None,
@@ -75,6 +77,10 @@ def identify_command(
     position_hats: PositionHats = 0,
     load_friction: LoadFriction = False,
     linear: Linear = False,
+    write: Annotated[
+        str, typer.Option(help="Files for simulators as well: mjcf, urdf, isaac, drake, or several: mjcf,urdf.")
+    ] = "",
+    details: Details = False,
     out: Annotated[Path, typer.Option(help="Folder for plots, identification.json and a scenario.")] = OUT,
     json: JsonCopy = None,
     formats: Formats = "png",
@@ -87,9 +93,13 @@ def identify_command(
     from adaptive_ff.report.html_page import NAME, write_report
     from adaptive_ff.report.identification_plots import PICTURES
 
-    drawn = picture_formats(formats)
-    columns = chosen_columns(log, time, period, position, velocity, torque, known_torque)
-    scales, is_current = column_factors(log, columns, scale or [], torque_constant, linear=linear)
+    drawn, simulators = picture_formats(formats), _simulators(write)
+    columns = chosen_columns(log, time, period, position, velocity, voltage or torque, known_torque)
+    if voltage is not None and torque is not None:
+        raise InputError("--voltage and --torque are both given; give one of them")
+    scales, is_current = column_factors(
+        log, columns, scale or [], torque_constant, linear=linear, resistance=resistance, is_voltage=voltage is not None
+    )
     given = read_columns(log, columns, period, scales)
     other = None if validate is None else read_columns(validate, columns, period, scales)
     with places(out, json) as (stage, beside):
@@ -109,7 +119,10 @@ def identify_command(
                 load_friction=load_friction,
             )
         refused = _write_scenario(found, stage)
-        figures, shown = found.plot(None), _shown(found, columns, refused, out)
+        files = _write_simulators(found, stage, simulators)
+        figures = found.plot(None)
+        notes = [*_of_voltage(torque_constant, resistance, voltage, linear), *([] if refused else _of_current(found))]
+        shown = _shown(found, columns, refused, out, details=details)
         write_figures(figures, stage, drawn)
         if report:
             scenario = {} if refused else {SCENARIO: (stage / SCENARIO).read_text(encoding="utf-8")}
@@ -118,14 +131,38 @@ def identify_command(
         for file in (stage / "identification.json", *beside.values()):
             write_result(file, result)
         earlier = of_earlier_runs(out, stage, PICTURES, [NAME])
-    _print(found, shown, out, refused)
-    Printer().show(earlier)
+    errors, console = error_console(), Printer()
+    warn(errors, [*found.cautions, *notes])
+    warn_of_skips(errors, found.skipped, "identification.json")
+    console.show(shown)
+    made = "" if refused else f", {SCENARIO}, {REFERENCE}"
+    console.say(f"Plots, identification.json{made}{''.join(f', {file}' for file in files)} are in {out}")
+    console.show(earlier)
+
+
+def _simulators(text: str) -> list[str]:
+    """Return the simulators that ``--write`` names."""
+    from adaptive_ff.identify.simulators import SIMULATORS
+
+    names = list(dict.fromkeys(part.strip().lower() for part in text.split(",") if part.strip()))
+    for name in names:
+        if name not in SIMULATORS:
+            raise InputError(f"--write {name} is not known; allowed: {', '.join(SIMULATORS)}")
+    return names
+
+
+def _write_simulators(found: "LogIdentification", stage: Path, simulators: list[str]) -> list[str]:
+    from adaptive_ff.identify.simulators import ENDINGS
+
+    for name in simulators:
+        (stage / ENDINGS[name]).write_text(found.simulator(name), encoding="utf-8")
+    return [ENDINGS[name] for name in simulators]
 
 
 def _write_scenario(found: "LogIdentification", stage: Path) -> str | None:
     """Write the scenario and its reference; where it cannot be, say why."""
     from adaptive_ff.files import write_csv
-    from adaptive_ff.identify.words.scenario_text import reference_columns, scenario_text
+    from adaptive_ff.identify.scenario_text import reference_columns, scenario_text
     from adaptive_ff.scenario.scenario import load_scenario
 
     files = stage / SCENARIO, stage / REFERENCE
@@ -142,12 +179,17 @@ def _write_scenario(found: "LogIdentification", stage: Path) -> str | None:
     return None
 
 
-def _shown(found: "LogIdentification", columns: dict[str, str], refused: str | None, out: Path) -> "list[Table | str]":
-    from adaptive_ff.report.parameter_tables import map_table, parameters_table
+def _shown(
+    found: "LogIdentification", columns: dict[str, str], refused: str | None, out: Path, *, details: bool
+) -> "list[Table | str]":
+    from adaptive_ff.report.parameter_tables import details as explained
+    from adaptive_ff.report.parameter_tables import map_table, next_step, parameters_table, verdict_lines
 
     unwritten = [] if refused is None else [f"No scenario is written: {refused}{_left_behind(out)}"]
     tables = [table for table in (parameters_table(found), map_table(found)) if table is not None]
-    return [*tables, columns_taken(columns), *found.verdict, *unwritten]
+    step = next_step(found, str(out), written=refused is None)
+    further = explained(found) if details else []
+    return [*tables, columns_taken(columns), *verdict_lines(found), *unwritten, step, *further]
 
 
 def _left_behind(out: Path) -> str:
@@ -161,22 +203,18 @@ def _left_behind(out: Path) -> str:
 
 def _of_current(found: "LogIdentification") -> list[str]:
     """Warn that a scenario is in amperes where compare and simulate read newtons."""
-    from adaptive_ff.identify.units import LINEAR, ROTARY, is_linear, is_of_current
-
-    if not is_of_current(found.units):
+    if found.units["torque"] != "A":
         return []
-    taken = LINEAR if is_linear(found.units) else ROTARY
+    torque = "N" if found.linear else "N m"
     return [
-        f"the torque of the log is a current, so {SCENARIO} has A and {found.units['inertia']} where it says "
-        f"{taken['torque']} and {taken['inertia']}; for these give --torque-constant, in {taken['torque']}/A"
+        f"the torque of the log is a current, so {SCENARIO} has A and {found.units['inertia']} where it says {torque} "
+        f"and {'kg' if found.linear else 'kg m²'}; for these give --torque-constant, in {torque}/A"
     ]
 
 
-def _print(found: "LogIdentification", shown: "list[Table | str]", out: Path, refused: str | None) -> None:
-    errors = error_console()
-    warn(errors, [*found.cautions, *([] if refused else _of_current(found))])
-    warn_of_skips(errors, found.skipped, "identification.json")
-    console = Printer()
-    console.show(shown)
-    scenario = "" if refused else f", {SCENARIO} and {REFERENCE}"
-    console.say(f"Plots, identification.json{scenario} are in {out}")
+def _of_voltage(constant: float | None, resistance: float | None, voltage: str | None, linear: bool) -> list[str]:
+    """Say how much of the viscous coefficient is the back-EMF."""
+    if voltage is None or constant is None or resistance is None:
+        return []
+    unit = "N s/m" if linear else "N m s/rad"
+    return [f"the torque is that of a voltage: {constant**2 / resistance:.4g} {unit} of viscous are the back-EMF"]

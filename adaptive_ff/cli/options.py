@@ -55,7 +55,9 @@ def picture_formats(text: str) -> tuple[str, ...]:
     return names
 
 
-LogFile = Annotated[Path, typer.Argument(help="CSV, NPZ, MAT, HDF5, Parquet or MCAP file.", show_default=False)]
+LogFile = Annotated[
+    Path, typer.Argument(help="CSV, NPZ, MAT, HDF5, Parquet, MCAP or ROS bag file.", show_default=False)
+]
 Time = Annotated[str | None, typer.Option(help="Column of the time, s.")]
 Period = Annotated[float | None, typer.Option(help="Constant sample time, s, instead of a column.")]
 Position = Annotated[str | None, typer.Option(help="Column of the position, rad; NAME[3] is a table's 4th.")]
@@ -65,6 +67,15 @@ TorqueConstant = Annotated[
     float | None,
     typer.Option(help="Torque by current, N m/A (N/A), where the column of the torque is a current in A."),
 ]
+Voltage = Annotated[
+    str | None,
+    typer.Option(
+        help="Column of the motor's voltage, V, instead of a torque; of a PWM duty with --scale NAME=SUPPLY. Takes "
+        "--resistance and --torque-constant."
+    ),
+]
+Resistance = Annotated[float | None, typer.Option(help="Resistance of the motor, ohm, for --voltage.")]
+Details = Annotated[bool, typer.Option("--details", help="Also say how the numbers came about.")]
 TorqueDelay = Annotated[
     float | None,
     typer.Option(help="Time after its stamp at which a torque acts, s; half a period where it is held."),

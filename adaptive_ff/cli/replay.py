@@ -1,10 +1,9 @@
 """Command ``adaptive-ff replay``."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
-from rich.console import Console
 
 from adaptive_ff.cli.columns import chosen_columns, column_factors, columns_taken, read_columns
 from adaptive_ff.cli.options import (
@@ -26,17 +25,33 @@ from adaptive_ff.cli.options import (
     picture_formats,
 )
 from adaptive_ff.cli.places import places
-from adaptive_ff.cli.terminal import Printer, announce_compilation, error_console, progress_bars, warn_of_skips
+from adaptive_ff.cli.terminal import Printer, announce_compilation, error_console, warn_of_skips
 from adaptive_ff.errors import InputError
 
 if TYPE_CHECKING:
     from rich.table import Table
 
-    from adaptive_ff.logs.log import Log
-    from adaptive_ff.replay.result import Replay
+    from adaptive_ff.replay.replay import Replay
 
 BAND = 20.0
-"""Default of ``--band``, Hz; that of ``replay_log``, which the tests compare."""
+"""Default of ``--band``; that of ``replay_log``, which the tests compare."""
+
+REPLACED = {
+    "reference_velocity": "columns run along the measured motion; leave it out",
+    "reference_position": "columns run along the measured motion; leave it out",
+    "loop_bandwidth": "--band is that of the response as well",
+    "rest_speed": "standstill is told by the noise of the motion",
+    "start_path": "standstill is told by the noise of the motion",
+    "velocity_cutoff": "--band is that of the motion as well",
+    "velocity_lag": "the motion is filtered without delay",
+    "motion_lead": "columns run along the measured motion, which leads nothing",
+}
+"""Options of former versions, and what stands in their place."""
+
+
+def _former(name: str) -> Any:
+    """Return an option that is taken only to say what replaces it."""
+    return typer.Option(f"--{name.replace('_', '-')}", hidden=True)
 
 
 def replay_command(
@@ -48,55 +63,22 @@ def replay_command(
     torque: Torque = None,
     known_torque: KnownTorque = None,
     torque_constant: TorqueConstant = None,
-    reference_velocity: Annotated[str | None, typer.Option(help="Column of the reference velocity, rad/s.")] = None,
-    reference_position: Annotated[
-        str | None, typer.Option(help="Column of the reference position, rad, instead of a velocity.")
-    ] = None,
     feedforward: Annotated[
         str | None, typer.Option(help="Column of the feedforward that the machine had, N m, to compare with.")
     ] = None,
     scale: Scale = None,
-    inertia: Annotated[
-        float | None,
-        typer.Option(help="Inertia that the controller assumes, kg m^2; that of the fixed model if not given."),
-    ] = None,
-    stribeck_velocity: Annotated[float | None, typer.Option(help="Stribeck velocity that it assumes, rad/s.")] = None,
-    memory: Annotated[float | None, typer.Option(help="Its memory, s of sliding motion; 5 if not given.")] = None,
+    inertia: Annotated[float | None, typer.Option(help="Inertia that is assumed, kg m^2; learnt if not given.")] = None,
+    stribeck_velocity: Annotated[float | None, typer.Option(help="Stribeck velocity that is assumed, rad/s.")] = None,
+    memory: Annotated[float | None, typer.Option(help="Memory, s of sliding motion; 5 if not given.")] = None,
     identify: Annotated[
-        str | None,
-        typer.Option(
-            help="What it identifies: symmetric, offset (if not given), directions (all friction by them), gravity or "
-            "directions_and_gravity."
-        ),
-    ] = None,
+        str,
+        typer.Option(help="What is learnt: symmetric, offset, directions, gravity or directions_and_gravity."),
+    ] = "offset",
     ripple_period: Annotated[
         list[float] | None,
-        typer.Option(
-            help="Period of a torque over the position that it identifies, rad; those of the fixed model if not given. "
-            "May be given several times."
-        ),
-    ] = None,
-    loop_bandwidth: Annotated[
-        float | None, typer.Option(help="Crossover of its loop, Hz; 10, or a tenth of the sampling frequency.")
-    ] = None,
-    rest_speed: Annotated[
-        float | None, typer.Option(help="The reference rests below this speed, rad/s; 0.005 of its largest.")
-    ] = None,
-    start_path: Annotated[
-        float | None,
-        typer.Option(help="A slower one that speeds up moves from this path on, rad; the noise of the position."),
+        typer.Option(help="Period of a torque over the position that is learnt, rad. May be given several times."),
     ] = None,
     torque_delay: TorqueDelay = None,
-    velocity_cutoff: Annotated[
-        float | None, typer.Option(help="Low-pass behind differences of the position, Hz; where its noise asks for it.")
-    ] = None,
-    velocity_lag: Annotated[
-        float | None, typer.Option(help="Time by which the velocity lags, s; that of these, zero where it is measured.")
-    ] = None,
-    motion_lead: Annotated[
-        float | None,
-        typer.Option(help="Time by which the motion runs ahead of the reference, s; that of the log, if distinct."),
-    ] = None,
     bandwidth: Annotated[float | None, typer.Option(help="Band in which the fixed model is fitted, Hz.")] = None,
     band: Annotated[float, typer.Option(help="Band in which torques are judged, Hz.")] = BAND,
     state: Annotated[Path | None, typer.Option(help="State to start from, as --save-state wrote it.")] = None,
@@ -106,44 +88,43 @@ def replay_command(
     json: JsonCopy = None,
     formats: Formats = "png",
     report: Report = False,
+    reference_velocity: Annotated[str | None, _former("reference_velocity")] = None,
+    reference_position: Annotated[str | None, _former("reference_position")] = None,
+    loop_bandwidth: Annotated[str | None, _former("loop_bandwidth")] = None,
+    rest_speed: Annotated[str | None, _former("rest_speed")] = None,
+    start_path: Annotated[str | None, _former("start_path")] = None,
+    velocity_cutoff: Annotated[str | None, _former("velocity_cutoff")] = None,
+    velocity_lag: Annotated[str | None, _former("velocity_lag")] = None,
+    motion_lead: Annotated[str | None, _former("motion_lead")] = None,
 ) -> None:
     """Replay a recorded log, and show which torque adaptive feedforward would have left to the feedback."""
     from adaptive_ff.files import write_result
-    from adaptive_ff.replay.parts import RECORDED, REFERENCE_POSITION, REFERENCE_VELOCITY
-    from adaptive_ff.replay.state import read_state
+    from adaptive_ff.replay.learning import learn_in_place
+    from adaptive_ff.replay.replay import FEEDFORWARD, read_state, replay_log
     from adaptive_ff.report.drawing import write_figures
     from adaptive_ff.report.html_page import NAME, write_report
 
+    given_former = locals()
+    for name, instead in REPLACED.items():
+        if given_former[name] is not None:
+            raise InputError(f"--{name.replace('_', '-')} is no longer taken: {instead}")
     drawn = picture_formats(formats)
-    if reference_velocity is not None and reference_position is not None:
-        raise InputError("--reference-velocity and --reference-position are both given; give one of them")
     columns = chosen_columns(log, time, period, position, velocity, torque, known_torque)
-    named = {
-        REFERENCE_VELOCITY: reference_velocity,
-        REFERENCE_POSITION: reference_position,
-        RECORDED: feedforward,
-    }
-    extra = {name: column for name, column in named.items() if column is not None}
+    extra = {} if feedforward is None else {FEEDFORWARD: feedforward}
     scales, is_current = column_factors(log, columns, scale or [], torque_constant, linear=linear, further=extra)
     given = read_columns(log, columns, period, scales, extra)
     saved = None if state is None else read_state(state)
     errors = error_console()
     with places(out, json, save_state) as (stage, beside):
-        found = _run(
+        announce_compilation(errors, learn_in_place)
+        found = replay_log(
             given,
-            errors,
             inertia=inertia,
             stribeck_velocity=stribeck_velocity,
             memory=memory,
             identify=identify,
-            ripple_periods=None if ripple_period is None else tuple(ripple_period),
-            loop_bandwidth=loop_bandwidth,
-            rest_speed=rest_speed,
-            start_path=start_path,
+            ripple_periods=tuple(ripple_period or ()),
             torque_delay=torque_delay,
-            velocity_cutoff=velocity_cutoff,
-            velocity_lag=velocity_lag,
-            motion_lead=motion_lead,
             bandwidth=bandwidth,
             band=band,
             state=saved,
@@ -162,16 +143,6 @@ def replay_command(
     console = Printer()
     console.show(shown)
     console.say(f"Plots and replay.json are in {out}")
-
-
-def _run(log: "Log", errors: Console, **options: object) -> "Replay":
-    from adaptive_ff.replay.replay import replay_log
-    from adaptive_ff.replay.watching import watch
-
-    announce_compilation(errors, watch)
-    with progress_bars(errors) as progress:
-        task = progress.add_task("replay", total=1.0)
-        return replay_log(log, progress=lambda share: progress.update(task, completed=share), **options)  # type: ignore[arg-type]
 
 
 def _shown(found: "Replay", columns: dict[str, str]) -> "list[Table | str]":

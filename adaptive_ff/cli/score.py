@@ -27,10 +27,12 @@ from adaptive_ff.cli.options import (
     picture_formats,
 )
 from adaptive_ff.cli.places import places
-from adaptive_ff.cli.terminal import Printer, announce_compilation, error_console, progress_bars, warn
+from adaptive_ff.cli.terminal import Printer, error_console, warn
 
 if TYPE_CHECKING:
-    from adaptive_ff.identify.open_loop.score import Score
+    from rich.table import Table
+
+    from adaptive_ff.identify.score import Score
 
 
 def score_command(
@@ -52,10 +54,9 @@ def score_command(
     formats: Formats = "png",
     report: Report = False,
 ) -> None:
-    """Train a model on one log and simulate another one from its torque alone, in open loop. Takes minutes."""
+    """Identify one log, and simulate another one with that model from its torque alone, in open loop."""
     from adaptive_ff.files import write_result
-    from adaptive_ff.identify.open_loop.score import score_log
-    from adaptive_ff.identify.open_loop.slopes import follow_with_slopes
+    from adaptive_ff.identify.score import score_log
     from adaptive_ff.logs.columns import read_scales, with_units
     from adaptive_ff.report.drawing import write_figures
     from adaptive_ff.report.html_page import NAME, write_report
@@ -66,42 +67,28 @@ def score_command(
     motion = {role: column for role, column in columns.items() if role in ("time", "position")}
     warn_of_units(with_units(train, motion), motion, scales, linear=linear)  # the torque may have any unit
     logs = [read_columns(path, columns, period, scales) for path in (train, test)]
-    errors = error_console()
     with places(out, json) as (stage, beside):
-        announce_compilation(errors, follow_with_slopes)
-        with progress_bars(errors) as progress:
-            task = progress.add_task("score", total=1.0)
-            score = score_log(
-                *logs,
-                linear=linear,
-                torque_delay=torque_delay or 0.0,
-                position_periods=known_periods(position_period, gear_ratio),
-                position_hats=position_hats,
-                progress=lambda share: progress.update(task, completed=share),
-            )
-        figures, shown = score.plot(None), _sentences(score, columns, train, test, linear)
+        score = score_log(
+            *logs,
+            linear=linear,
+            torque_delay=torque_delay,
+            position_periods=known_periods(position_period, gear_ratio),
+            position_hats=position_hats,
+        )
+        figures, shown = score.plot(None), _shown(score, columns)
         write_figures(figures, stage, drawn)
         if report:
             write_report(stage / NAME, f"Model of {train}, simulated on {test}", shown, figures)
         for file in (stage / "score.json", *beside.values()):
             write_result(file, {**score.to_dict(), "columns": columns})
-    warn(errors, score.cautions)
+    warn(error_console(), score.cautions)
     console = Printer()
     console.show(shown)
     console.say(f"score.json and its picture are in {out}")
 
 
-def _sentences(score: "Score", columns: dict[str, str], train: Path, test: Path, linear: bool) -> list[str]:
-    unit = "mm" if linear else "mrad"
-    best = score.chosen
-    explained = [score.explanation] if score.explanation else []
-    mapped = f", friction over position ({best.mapped} coefficients)" if best.mapped else ""
-    return [
-        columns_taken(columns),
-        f"Mean of {len(best.structures)} models of {train}: viscous friction by direction in {best.by_direction:.0%} "
-        f"of it{mapped}; {best.parameters:.3g} parameters in effect, {1e3 * best.error:.3g} {unit} rms on what was "
-        "held out.",
-        f"Open loop on {test}: {1e3 * score.rms:.3g} {unit} rms, fit {score.fit:.4g} %; in windows of 1 s "
-        f"{1e3 * score.windows:.3g} {unit} rms. The whole log of the training: {1e3 * score.training_rms:.3g} {unit}.",
-        *explained,
-    ]
+def _shown(score: "Score", columns: dict[str, str]) -> "list[Table | str]":
+    from adaptive_ff.report.parameter_tables import parameters_table
+    from adaptive_ff.report.score_plots import score_lines
+
+    return [parameters_table(score.found), columns_taken(columns), *score_lines(score)]

@@ -1,4 +1,4 @@
-"""What an identified joint is to a controller: its first model, its friction over position, and how sure they are."""
+"""What an identified joint is to a controller: its first model, and how sure that is."""
 
 import math
 from collections.abc import Sequence
@@ -6,10 +6,6 @@ from numbers import Real
 from statistics import NormalDist
 from typing import NamedTuple
 
-import numpy as np
-
-from adaptive_ff.adaptive.learning.friction_map import LARGEST_COEFFICIENT
-from adaptive_ff.adaptive.learning.map_settings import MAP_DEVIATION
 from adaptive_ff.errors import InputError
 from adaptive_ff.friction.identifying import ALL_CHOICES, check_parameters
 from adaptive_ff.friction.model import (
@@ -19,22 +15,20 @@ from adaptive_ff.friction.model import (
     WITH_GRAVITY,
     WITH_OFFSET,
     TorqueModel,
-    ripple_names,
 )
-from adaptive_ff.identify.result import LogIdentification
-from adaptive_ff.identify.stiction import known_stiction
-from adaptive_ff.identify.terms import ASYMMETRY, BENT, LAG, PATH, SATURATIONS, bent_friction
-from adaptive_ff.identify.units import LINEAR, is_linear, of_current
-from adaptive_ff.learning.batch_least_squares import Estimate
+from adaptive_ff.identify.result import ASYMMETRY, LogIdentification, Parameter
 
 REPORTED_AS = dict(zip(GRAVITY, ("gravity_sine", "gravity_cosine"), strict=True))
-"""Names in an identification of what the controllers call otherwise."""
+"""Names in an identification of what controllers call otherwise."""
 
 ASSUMED_LAG = 0.01
-"""Friction lag where none can be estimated, s: fed too early friction throws a joint, too late it sticks a little."""
+"""Friction lag where none is identified, s: fed too early friction throws a joint, too late it sticks a little."""
 
-NO_TORQUE = ("friction_lag", "stribeck_velocity", "stribeck_shape")
-"""What is the same number whether the log holds a torque or a current."""
+SLOW = 0.05
+"""Stribeck velocity where none is identified, over the usual speed."""
+
+LARGEST_SHARE = 0.9
+"""Largest share by which friction varies over the position."""
 
 
 class FirstEstimate(NamedTuple):
@@ -51,19 +45,15 @@ class FirstEstimate(NamedTuple):
     model : dict of float
         First model: fields of ``TorqueModel``, and gravity.
     deviation : dict of float
-        How sure it is: standard deviations in the units of ``model``, by name; not named is what it does not bound.
-    ripple_periods : tuple of float
-        Periods of a force over position, rad (m), whose sizes ``model`` holds; none where none was found.
+        Standard deviations in the units of ``model``, by name; not named is what the log does not bound.
     position_periods : tuple of float
-        Known periods that friction depends on, rad (m); none where it was not found to.
+        Known periods that friction depends on, rad (m).
     position_hats : int
-        Number of hats of friction over position; zero where there are none.
+        Number of hats of friction over position.
     position_range : tuple of float or None
-        Positions of the first and of the last hat, rad (m); None without hats.
+        Positions of the first and of the last hat, rad (m).
     position_map : tuple of float or None
         Cosine and sine of each period, then the hats, as shares of friction; None where it does not depend on position.
-    map_deviation : tuple of float
-        Their standard deviations; infinite for a hat that the log did not visit.
     """
 
     inertia: float
@@ -72,41 +62,37 @@ class FirstEstimate(NamedTuple):
     parameters: tuple[str, ...]
     model: dict[str, float]
     deviation: dict[str, float]
-    ripple_periods: tuple[float, ...] = ()
     position_periods: tuple[float, ...] = ()
     position_hats: int = 0
     position_range: tuple[float, float] | None = None
     position_map: tuple[float, ...] | None = None
-    map_deviation: tuple[float, ...] | float = MAP_DEVIATION
-
-
-class _Sliding(NamedTuple):
-    """Coulomb friction and viscous coefficient with that of friction which saturates, and their deviations."""
-
-    coulomb: float
-    viscous: float
-    deviation: dict[str, float]
 
 
 def torque_model(found: LogIdentification, torque_constant: float | None = None) -> TorqueModel:
-    """Return the model of an identified joint; see :meth:`LogIdentification.torque_model`."""
-    scale, lag = _torque_scale(found, torque_constant), _lag(found)
-    inertia = found.value("inertia")
-    if inertia <= 0.0:
+    """Return the best model of an identified joint as a controller takes it.
+
+    Raises
+    ------
+    InputError
+        The inertia is not identifiable, or the torque constant is not allowed.
+    """
+    scale = _torque_scale(found, torque_constant)
+    if found.value("inertia") <= 0.0:
         raise InputError(f"{found.name}: the inertia is not identifiable, so there is no model of the joint")
-    sliding = _sliding(found)
-    slow = known_stiction(found, sliding.coulomb)
+    coulomb, viscous = found.joint_friction
+    fast = float(abs(found.rows.velocity).max())
+    excess = max(0.0, found.value("stiction_excess"))
     return TorqueModel(
-        inertia=scale * inertia,
-        coulomb=scale * sliding.coulomb,
-        stiction=scale * slow.stiction,
-        viscous=scale * sliding.viscous,
-        friction_lag=ASSUMED_LAG if lag is None else _first_lag(lag),
-        stribeck_velocity=slow.velocity,
-        stribeck_shape=slow.shape,
+        inertia=scale * found.value("inertia"),
+        coulomb=scale * coulomb,
+        stiction=scale * (coulomb + excess),
+        viscous=scale * viscous,
+        friction_lag=found.value("friction_lag") or (0.0 if found.value("path") else ASSUMED_LAG),
+        stribeck_velocity=found.value("stribeck_velocity") if excess else float(f"{SLOW * fast:.3g}"),
+        stribeck_shape=1.0,
         offset=scale * found.value("offset"),
         viscous_asymmetry=scale * found.value(ASYMMETRY),
-        presliding=found.value(PATH),
+        presliding=found.value("path"),
     )
 
 
@@ -114,63 +100,43 @@ def first_estimate(
     found: LogIdentification, torque_constant: float | None = None, parameters: Sequence[str] | None = None
 ) -> FirstEstimate:
     """Return what a controller begins with; see :meth:`LogIdentification.first_estimate`."""
-    names = _identified(found) if parameters is None else _checked(parameters)
+    names = _suiting(found) if parameters is None else _checked(parameters)
     model, scale = torque_model(found, torque_constant), _torque_scale(found, torque_constant)
     values = model._asdict()
     values |= {name: scale * found.value(REPORTED_AS[name]) for name in GRAVITY if name in names}
-    sliding = _sliding(found)
-    known = {
-        name: found.parameters[reported].estimate
-        for name in names
-        if (reported := REPORTED_AS.get(name, name)) in found.parameters
-    }
-    if _lag(found) is None:
-        known.pop("friction_lag", None)
-    stiction = known_stiction(found, sliding.coulomb).estimate
-    if stiction is not None:
-        known["stiction"] = stiction
-    deviation = {}
-    for name, estimate in known.items():
-        unit = 1.0 if name in NO_TORQUE else scale
-        error = sliding.deviation.get(name, _standard_deviation(estimate, values[name] / unit, found.confidence))
-        if math.isfinite(error) and error > 0.0:
-            deviation[name] = unit * error
+    known, spread = found.best.parameters, {}
+    normal = NormalDist().inv_cdf(0.5 + 0.5 * found.confidence)
+    for name in names:
+        one = known.get(REPORTED_AS.get(name, name))
+        if one is not None:
+            unit = 1.0 if name == "friction_lag" else scale
+            spread[name] = unit * _spread(one, normal)
+    if "coulomb" in spread:
+        spread.setdefault("stiction", spread["coulomb"])
+    deviation = {name: value for name, value in spread.items() if math.isfinite(value) and value > 0.0}
     first = FirstEstimate(model.inertia, model.stribeck_velocity, model.stribeck_shape, names, values, deviation)
-    return _with_map(_with_ripple(first, found, scale), found)
-
-
-def _with_ripple(first: FirstEstimate, found: LogIdentification, scale: float) -> FirstEstimate:
-    """Return a first estimate with the force over periods of position that was identified, times a scale."""
-    learnt = found.position_map
-    if learnt is None or not learnt.force_periods:
-        return first
-    model, deviation = dict(first.model), dict(first.deviation)
-    cosines, sines = learnt.force_coefficients[::2], learnt.force_coefficients[1::2]
-    pairs = [part for pair in zip(sines, cosines, strict=True) for part in pair]
-    for name, estimate in zip(ripple_names(len(cosines)), pairs, strict=True):
-        model[name] = scale * estimate.value
-        deviation[name] = scale * _standard_deviation(estimate, estimate.value, found.confidence)
-    return first._replace(model=model, deviation=deviation, ripple_periods=learnt.force_periods)
+    return _with_map(first, found)
 
 
 def _with_map(first: FirstEstimate, found: LogIdentification) -> FirstEstimate:
     """Return a first estimate with friction over position as it was identified."""
-    learnt = found.position_map
-    if learnt is None or not learnt.coefficients or first.model["coulomb"] <= 0.0:
+    place, coulomb = found.place, found.value("coulomb")
+    if not any(f"friction_{name}" in found.best.values for name in place.names) or coulomb <= 0.0:
         return first
-    interval = found.selection.chosen.regression.interval
-    pairs = list(zip(learnt.coefficients, learnt.standard_errors, strict=True))
-    spread = [
-        _standard_deviation(interval(value, error), value, found.confidence) if math.isfinite(error) else math.inf
-        for value, error in pairs
-    ]
+    waves = [f"{part}_{number}" for number in range(1, len(place.periods) + 1) for part in ("cosine", "sine")]
+    hats = [f"hat_{number}" for number in range(1, place.hats + 1)]
+    shares = [found.value(f"friction_{name}") / coulomb for name in (*waves, *hats)]
     return first._replace(
-        position_periods=learnt.periods,
-        position_hats=learnt.hats,
-        position_range=learnt.range if learnt.hats else None,
-        position_map=tuple(float(np.clip(value, -LARGEST_COEFFICIENT, LARGEST_COEFFICIENT)) for value, _ in pairs),
-        map_deviation=tuple(spread),
+        position_periods=place.periods,
+        position_hats=place.hats,
+        position_range=(place.low, place.high) if place.hats else None,
+        position_map=tuple(min(max(share, -LARGEST_SHARE), LARGEST_SHARE) for share in shares),
     )
+
+
+def _spread(one: Parameter, normal: float) -> float:
+    """Return the standard deviation of a parameter by its interval."""
+    return max(one.upper - one.value, one.value - one.lower) / normal
 
 
 def _checked(parameters: Sequence[str]) -> tuple[str, ...]:
@@ -180,84 +146,23 @@ def _checked(parameters: Sequence[str]) -> tuple[str, ...]:
         raise InputError(str(error)) from error
 
 
-def _lag(found: LogIdentification) -> Estimate | None:
-    """Return the friction lag (s), the one estimated beside the model where that does without.
-
-    None where there is no friction to lag, or where the interval reaches the ends of the search.
-
-    On the built-in joint, whose lag is 20 ms, zero makes the first 10 s up to twice as bad as they are without a model,
-    and the 16 ms that are estimated beside the model make them better (seeds 1 to 8, 11 to 16).
-    """
-    if PATH in found.selection.chosen.terms and LAG not in found.selection.chosen.terms:
-        return Estimate(0.0, 0.0, 0.0, 0.0)  # it follows the path
-    reported = found.parameters.get("friction_lag")
-    sliding, (first, *_, last) = _sliding(found), found.lags
-    if reported is None or not (sliding.coulomb > 0.0 or sliding.viscous > 0.0):
-        return None
-    bounded = first < reported.estimate.lower and reported.estimate.upper < last
-    return reported.estimate if bounded else None
-
-
-def _first_lag(lag: Estimate) -> float:
-    """Return the lag to begin with, s: where zero is possible, the assumed one as far as the interval allows."""
-    possible = min(ASSUMED_LAG, lag.upper) if lag.lower <= 0.0 else 0.0
-    return max(lag.value, possible, 0.0)
-
-
-def _identified(found: LogIdentification) -> tuple[str, ...]:
-    linear = is_linear(found.units)
+def _suiting(found: LogIdentification) -> tuple[str, ...]:
     if found.value(ASYMMETRY) != 0.0:
-        return PER_DIRECTION if linear else PER_DIRECTION_WITH_GRAVITY
-    return WITH_OFFSET if linear else WITH_GRAVITY
+        return PER_DIRECTION if found.linear else PER_DIRECTION_WITH_GRAVITY
+    return WITH_OFFSET if found.linear else WITH_GRAVITY
 
 
 def _torque_scale(found: LogIdentification, torque_constant: float | None) -> float:
-    """Return what the torques of an identification are multiplied by to be N m (N)."""
-    current = of_current(LINEAR)["torque"]
-    unit = "N/A" if is_linear(found.units) else "N m/A"
-    if torque_constant is not None and not _is_number(torque_constant):
-        raise InputError(f"torque_constant = {torque_constant!r} is not allowed: it must be a number of {unit}")
-    if found.units["torque"] != current:
-        if torque_constant is not None:
-            raise InputError(
-                f"torque_constant = {torque_constant:g} {unit} is not allowed: the log of {found.name} holds "
-                f"{found.units['torque']}, not a current"
-            )
-        return 1.0
+    """Return the factor from the log's torque to N m (N)."""
+    is_current = found.units["torque"] == "A"
     if torque_constant is None:
-        raise InputError(
-            f"torque_constant is missing: the log of {found.name} holds a current, A, so it must be the torque (force) "
-            f"of one ampere, {unit}, or 1 for a controller that commands A"
-        )
+        if is_current:
+            raise InputError(f"{found.name}: the torque is a current; give torque_constant, in N m/A (N/A)")
+        return 1.0
+    if not isinstance(torque_constant, Real) or isinstance(torque_constant, bool):
+        raise TypeError(f"torque_constant = {torque_constant!r} is not allowed: it must be a number")
     if not (math.isfinite(torque_constant) and torque_constant > 0.0):
-        raise InputError(f"torque_constant = {torque_constant} {unit} is not allowed: it must be positive and finite")
+        raise InputError(f"torque_constant = {torque_constant:g} is not allowed: it must be positive and finite")
+    if not is_current:
+        raise InputError(f"{found.name}: torque_constant = {torque_constant:g} is given, but the torque is no current")
     return float(torque_constant)
-
-
-def _is_number(value: object) -> bool:
-    return isinstance(value, Real) and not isinstance(value, bool)
-
-
-def _sliding(found: LogIdentification) -> _Sliding:
-    """Return Coulomb and viscous friction; a part that saturates is shared out between them as at the log's speeds.
-
-    Where friction saturates its parts are vague and their sum is not, so what the straight line leaves of that part is
-    the deviation.
-    """
-    coulomb, viscous = found.value("coulomb"), found.value("viscous")
-    shapes = [shape for shape in SATURATIONS if found.value(shape) > 0.0 and found.value(BENT[shape]) > 0.0]
-    if not shapes:
-        return _Sliding(coulomb, viscous, {})
-    speed = np.abs(np.concatenate([rows.velocity[rows.slides] for rows in found.rows]))
-    bent = sum(found.value(shape) * bent_friction(shape, speed, found.value(BENT[shape])) for shape in shapes)
-    line = np.column_stack([np.ones_like(speed), speed])
-    (start, slope), *_ = np.linalg.lstsq(line, bent, rcond=None)
-    left = float(np.sqrt(np.mean((line @ [start, slope] - bent) ** 2)))
-    deviation = {"coulomb": left, "viscous": left / float(np.sqrt(np.mean(speed**2)))}
-    return _Sliding(coulomb + float(start), viscous + float(slope), deviation)
-
-
-def _standard_deviation(estimate: Estimate, value: float, confidence: float) -> float:
-    """Return the standard deviation about a value that an interval of a probability stands for."""
-    width = NormalDist().inv_cdf(0.5 * (1.0 + confidence))
-    return max(abs(estimate.upper - value), abs(value - estimate.lower)) / width

@@ -1,51 +1,51 @@
-"""Identification of a joint from a log: the steps from the samples to the result."""
+"""Identification of a joint from a log: from the samples to the result."""
 
+import math
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from adaptive_ff.errors import InputError, check_kind
-from adaptive_ff.identify.alternatives.bristle_lag import fit_on_bristles
-from adaptive_ff.identify.alternatives.held_out_error import is_larger
-from adaptive_ff.identify.alternatives.held_torque import Later, fit_if_held
-from adaptive_ff.identify.alternatives.reasons import reasons
-from adaptive_ff.identify.fitting.constant_speed import friction_curve
-from adaptive_ff.identify.fitting.families import AUTO
-from adaptive_ff.identify.fitting.prediction import predict, rest_torque, torque_error
-from adaptive_ff.identify.fitting.search import lag_profile
-from adaptive_ff.identify.maps.identified_map import identified_map
-from adaptive_ff.identify.maps.map_columns import MapAsked, check_asked, check_periods, with_map
-from adaptive_ff.identify.model_choice import Chosen, choose_model, has_positions
-from adaptive_ff.identify.preparation import Parts, Prepared, divide, prepare, regression_problem
-from adaptive_ff.identify.reported import reported
-from adaptive_ff.identify.result import LogIdentification
-from adaptive_ff.identify.rows.recorded_reference import reference_of
-from adaptive_ff.identify.rows.regressors import Problem
-from adaptive_ff.identify.terms import LAG
+from adaptive_ff.identify.columns import TEXTBOOK, Map
+from adaptive_ff.identify.preparation import Prepared, narrowed, prepare
+from adaptive_ff.identify.regression import Blocks
+from adaptive_ff.identify.result import ASYMMETRY, Fit, LogIdentification, Recording, predicted
+from adaptive_ff.identify.selection import COLLINEAR, Data, Selection, select
 from adaptive_ff.identify.units import LINEAR, ROTARY, of_current
-from adaptive_ff.identify.words.cautions import cautions, check_plausible, held_words
-from adaptive_ff.identify.words.verdict import verdict
 from adaptive_ff.learning.confidence import check_confidence
-from adaptive_ff.logs.defects import Piece
-from adaptive_ff.logs.log import Log, check_log
+from adaptive_ff.logs.log import KNOWN, Log, check_log
+from adaptive_ff.logs.sanity import in_degrees
 from controllers.checks import check_numbers, checked_switch
 
-HELD_OUT = 0.25
-"""Share of the log that is held out by default."""
+AUTO = "auto"
 
-LAG_POINTS = 201
-"""Points of the profile over the friction lag."""
+FAMILIES: dict[str, tuple[tuple[str, ...], bool | None]] = {
+    AUTO: (TEXTBOOK, None),
+    "coulomb-viscous": (TEXTBOOK[:3], False),
+    "symmetric": (TEXTBOOK[:3], False),
+    "offset": (TEXTBOOK, False),
+    "directions": ((*TEXTBOOK, ASYMMETRY), False),
+    "gravity": (TEXTBOOK, True),
+    "gravity-directions": ((*TEXTBOOK, ASYMMETRY), True),
+}
+"""Terms of the textbook's model by the name of a family, and whether gravity is one; None where the log is to tell."""
+
+PLAIN = "coulomb-viscous"
+"""The family without refinements."""
 
 LONGEST_DELAY = 1.0
 """Longest time after its stamp at which a torque may act, s; a longer one is a slip of the unit."""
+
+UNEXPLAINED = 0.95
+"""Share of the torque that a model must not leave for there to be a joint."""
 
 
 def identify_log(
     log: Log,
     *,
     bandwidth: float | None = None,
-    held_out: float = HELD_OUT,
+    held_out: float = 0.0,
     validation: Log | None = None,
     torque_delay: float | None = None,
     linear: bool = False,
@@ -58,49 +58,37 @@ def identify_log(
 ) -> LogIdentification:
     """Identify a joint from a log.
 
-    The torque is regressed on acceleration, velocity and the sign of the velocity, all without delay and in one band;
-    see :mod:`adaptive_ff.identify.rows.filtering`. Rows at rest take no part. Pieces of the log between defects are
-    filtered each by itself.
+    ``u = J dw/dt + Fc sgn w + sigma w + offset (+ gravity)`` is fitted by bounded least squares, torque and columns
+    behind one zero-phase low-pass whose band the motion tells. Refinements are taken where blocks that were left out
+    of the fit are predicted better by them.
 
     Parameters
     ----------
     log : Log
         The log, see :func:`adaptive_ff.logs.log.read_log`.
     bandwidth : float, optional
-        Band of the regression, Hz; by default five times the frequency of the motion, see
-        :func:`adaptive_ff.logs.bandwidth.choose_bandwidth`.
+        Band of the regression, Hz; from the motion if not given.
     held_out : float, optional
-        Share of the samples, at the end of the log, that is not fitted, but validated on; zero for none.
+        Share of the samples, at the end of the log, that is not fitted, but validated on.
     validation : Log, optional
-        Another log of the joint to validate on; nothing of the first is then held out.
+        Another log of the joint to validate on.
     torque_delay : float, optional
-        Time after its stamp at which a torque acts, s: half a sample time where the stamp is that of the command and
-        the torque is held until the next. It is no friction lag, but looks like one. Where it is not known it is taken
-        for zero, and a torque that seems to be held is told in ``cautions``.
+        Time after its stamp at which a torque acts, s: half a sample time where the torque is held until the next row.
+        Where it is not given, half a sample time counts in the intervals, as far as the log leaves it open.
     linear : bool, optional
-        Whether the joint is a linear axis, in m and N: the report then names these units.
+        Whether the joint is a linear axis, in m and N.
     is_current : bool, optional
-        Whether the torque is given as a current, A: the report then names units made of it.
+        Whether the torque is given as a current, A.
     model : str, optional
-        Family of models: a key of :data:`adaptive_ff.identify.fitting.families.FAMILIES`; by default the one that says
-        best what it has not seen. Lag, stiction and viscous friction that saturates are chosen within each.
+        Terms that the textbook's model has: a key of ``FAMILIES``; by default gravity is taken where it takes torque.
     position_periods : sequence of float, optional
         Known periods, rad (m), over which friction, or a force, may vary with position.
     position_hats : int, optional
-        Number of hats, evenly over the positions of the log, of a map of friction, or of a force, without a known
-        period; 2 or more.
+        Number of hats, evenly over the positions of the log, of a map of friction or of a force; 2 or more.
     load_friction : bool, optional
-        Whether friction may rise with the known torque of the log. These three are used where they validate better.
-        Without any of them, and with the default of ``model``, a ripple over the position is looked for, see
-        :mod:`adaptive_ff.identify.maps.ripple`.
+        Whether friction may rise with the known torque of the log.
     confidence : float, optional
-        Probability that the confidence intervals are meant to have.
-
-    Returns
-    -------
-    LogIdentification
-        Parameters with intervals, errors of fit and validation, and a verdict. How often the intervals hold the truth
-        on synthetic logs is printed by ``python -m benchmarks.coverage``. None covers what every model lacks.
+        Probability that the intervals are meant to have.
 
     Raises
     ------
@@ -110,108 +98,150 @@ def identify_log(
         The log is none, or an argument is of another kind.
     """
     _check_logs(log, validation)
-    told, torque_delay = torque_delay is not None, torque_delay or 0.0
-    _check_arguments(held_out, torque_delay, confidence)
+    _check_arguments(held_out, torque_delay, confidence, model)
     linear, is_current = checked_switch("linear", linear), checked_switch("is_current", is_current)
     check_kind("position_periods", position_periods, Iterable, "a sequence of periods")
-    asked = MapAsked(tuple(position_periods), position_hats, checked_switch("load_friction", load_friction))
-    check_asked(asked, log)
-    prepared = prepare(log, bandwidth, linear=linear)
-    parts = divide(prepared, held_out if validation is None else 0.0)
-    if asked.periods:
-        check_periods(asked, log.name, *_positions(prepared, parts.fitting))
-    chosen = choose_model(
-        prepared,
-        parts.fitting,
-        torque_delay,
-        asked,
-        family=model,
-        rotary=not linear,
-        located=has_positions(prepared, validation),
-        confidence=confidence,
-    )
-    chosen, later = _with_alternatives(chosen, parts.fitting, delay_told=told)
-    other, unseen, name = _unseen(chosen.prepared, parts.holding, validation, chosen.asked, linear=linear)
-    held = regression_problem(other, unseen, torque_delay)
-    if chosen.basis is not None and chosen.selection.varied is not None:
-        held = with_map(held, other, unseen, chosen.basis, chosen.selection.varied)
+    _check_map(log, tuple(position_periods), position_hats, checked_switch("load_friction", load_friction))
+    fitted, kept = _divided(log, held_out if validation is None else 0.0)
+    prepared = prepare(fitted, bandwidth=bandwidth, torque_delay=torque_delay, linear=linear)
+    if not load_friction:
+        prepared = prepared._replace(has_known=False)
+    data = Data(prepared, _map(prepared, tuple(position_periods), position_hats), not linear, narrowed(prepared))
+    terms, weight = FAMILIES[model]
+    selection = select(data, terms, confidence, weight=weight, refine=model != PLAIN)
+    _check_plausible(log, data, selection)
     units = LINEAR if linear else ROTARY
-    units = of_current(units) if is_current else units
-    found = _assemble(chosen, parts, held, confidence, units, name)
-    if found.validation is not None and is_larger(found.fit, found.validation):
-        why = reasons(chosen.problem, held, found.selection, found.fit, found.validation, of_log=validation is not None)
-        found = replace(found, **why._asdict())
-    check_plausible(found, log)
-    said = [] if validation is None else [f"{name}: {sentence}" for sentence in other.said]
-    said += [*cautions(found, log), *held_words(found, later)]
-    return replace(found, verdict=verdict(found), cautions=[*prepared.said, *said])
+    found = _assembled(log, data, selection, confidence, of_current(units) if is_current else units)
+    said = [*prepared.said, *in_degrees(prepared.log, float(np.max(np.abs(prepared.velocity))), linear=linear)]
+    other = kept if validation is None else validation
+    if other is not None:
+        seen = prepare(other, bandwidth=prepared.band, torque_delay=torque_delay, linear=linear)
+        error = predicted(found.best, Data(seen, data.place, not linear))
+        name = "the end of the log" if validation is None else validation.name
+        said += [] if validation is None else [f"{name}: {sentence}" for sentence in seen.said]
+        found = replace(found, validation=error, validated_on=name)
+    return replace(found, cautions=said)
 
 
-def _with_alternatives(chosen: Chosen, fitting: list[Piece], *, delay_told: bool) -> tuple[Chosen, Later | None]:
-    """Return what was chosen with the fits that intervals are taken over, too, and that to a torque that is held."""
-    prepared, problem, selection = chosen.prepared, chosen.problem, chosen.selection
-    later = None if delay_told else fit_if_held(problem, prepared, fitting, selection)
-    if later is not None and LAG in selection.chosen.terms:  # which a held torque does as well
-        selection = selection._replace(held=later.fitted)
-    on_bristles = fit_on_bristles(problem, prepared, fitting, selection.chosen, delay_told=delay_told)
-    return chosen._replace(selection=selection._replace(bristles=on_bristles)), later
-
-
-def _unseen(
-    prepared: Prepared, holding: list[Piece], validation: Log | None, asked: MapAsked, *, linear: bool
-) -> tuple[Prepared, list[Piece], str]:
-    """Return the log, its pieces and its name that the model is validated on: what was held out, or another log."""
-    if validation is None:
-        return prepared, holding, "the end of the log"
-    check_asked(asked, validation)
-    other = prepare(validation, prepared.bandwidth, linear=linear)._replace(rest=prepared.rest)
-    return other, other.pieces, validation.name
-
-
-def _assemble(
-    chosen: Chosen, parts: Parts, held: Problem, confidence: float, units: dict[str, str], validated_on: str
+def _assembled(
+    log: Log, data: Data, selection: Selection, confidence: float, units: dict[str, str]
 ) -> LogIdentification:
-    """Return the result of a fit, before anything is said of it."""
-    prepared, problem, selection, basis, asked = chosen
-    model, log = selection.chosen, prepared.log
-    rows, unseen = predict(problem, model), predict(held, model)
-    fit = torque_error(rows)
-    if fit is None:
-        raise InputError(f"{log.name}: there is no torque while the joint slides; it must be that of the drive")
-    longest = max(prepared.pieces, key=lambda piece: piece.size)
-    grid = np.linspace(-problem.longest_lag, problem.longest_lag, LAG_POINTS)
-    lags = np.union1d(grid, [model.values.get("friction_lag", 0.0)])  # with the minimum itself
+    """Return the result of a selection."""
+    prepared = data.prepared
+    size = math.sqrt(float(np.mean(prepared.torque**2)))
+    fits = {
+        name: None
+        if one is None
+        else Fit(one.model, one.values, one.lower, one.upper, math.sqrt(float(np.mean(one.errors))) / size)
+        for name, one in (("textbook", selection.textbook), ("refined", selection.refined))
+    }
+    textbook, refined = fits["textbook"], fits["refined"]
+    assert textbook is not None
+    best = refined or textbook
+    model = data.columns(*best.model) @ np.array([best.values[name] for name in best.model.names])
     return LogIdentification(
         name=log.name,
         units=units,
-        parameters=reported(selection),
-        selection=selection,
+        textbook=textbook,
+        refined=refined,
+        taken=selection.taken,
+        unidentified=_unidentified(data, selection),
         confidence=confidence,
-        bandwidth=prepared.bandwidth,
+        bandwidth=prepared.band,
         period=prepared.period,
-        samples=log.time.size,
-        used=sum(piece.size for piece in [*parts.fitting, *parts.holding]),
-        skipped=sorted([*prepared.skipped, *parts.short]),
-        fit=fit,
-        validation=torque_error(unseen),
-        validated_on=validated_on,
-        both_ways=problem.moves_both_ways,
-        curve=friction_curve(rows, model.values["coulomb"], prepared.bandwidth, confidence),
-        rest_torque=rest_torque(problem, model.values),
-        lags=lags,
-        lag_errors=lag_profile(problem, model, lags),
-        rows=rows,
-        held_out=unseen,
-        reference=reference_of(log, longest, prepared.bandwidth, prepared.period),
-        map_asked=asked,
-        position_map=None if basis is None else identified_map(model, basis, _positions(prepared, parts.fitting)),
+        samples=prepared.log.time.size,
+        used=prepared.used,
+        skipped=prepared.skipped,
+        place=data.place,
+        rows=Recording(prepared.time, prepared.position, prepared.velocity, prepared.torque, model),
+        motion=max(prepared.rows, key=lambda rows: rows.time.size),
     )
 
 
-def _positions(prepared: Prepared, pieces: list[Piece]) -> tuple[float, float]:
-    """Return the lowest and the highest position of some pieces of a log, rad."""
-    motions = [prepared.log.motion[piece.start : piece.stop] for piece in pieces]
-    return min(float(np.min(motion)) for motion in motions), max(float(np.max(motion)) for motion in motions)
+SAYS = {
+    "one_way": "the motion is one-way: record both directions",
+    "one_speed": "the speed hardly changes: record several speeds",
+    "no_acceleration": "the acceleration does not stand out of its noise: record faster changes of speed",
+    "one_sine": "on one sine inertia and gravity are one number: record several frequencies or a larger stroke",
+}
+"""What to record where a parameter is not identifiable, by its reason."""
+
+
+def _unidentified(data: Data, selection: Selection) -> dict[str, str]:
+    """Return the textbook's parameters that the motion does not determine, with the reason."""
+    names, tolerance = selection.textbook.model.names, selection.tolerance
+    found = {}
+    if "coulomb" not in names:
+        found["coulomb"] = "one_way"
+    if "viscous" not in names:
+        found["viscous"] = "one_speed"
+    if "inertia" not in names:
+        found["inertia"] = "no_acceleration"
+    elif tolerance.get("inertia_beside_gravity", 1.0) < COLLINEAR and "gravity_sine" not in names:
+        found["inertia"] = "one_sine"
+    return found
+
+
+def _check_plausible(log: Log, data: Data, selection: Selection) -> None:
+    """Refuse a torque that has nothing to do with the motion, and one of the wrong sign."""
+    textbook = selection.textbook
+    blocks = data.fit(textbook.model)
+    free = dict(zip(textbook.model.names, blocks.solve(bounded=False).tolist(), strict=True))
+    left = math.sqrt(float(np.mean(textbook.errors)) / float(np.mean(data.prepared.torque**2)))
+    inertia, coulomb = free.get("inertia", 0.0), free.get("coulomb", 0.0)
+    if (
+        (inertia < 0.0 and coulomb <= 0.0)
+        or (coulomb < 0.0 and inertia <= 0.0)
+        or (inertia < 0.0 and left > UNEXPLAINED)
+    ):
+        explained = 1.0 - _left_free(blocks)
+        if explained > 0.5:
+            raise InputError(
+                f"{log.name}: friction would drive the joint and inertia be negative: torque and motion have opposite "
+                f"signs, or their columns are exchanged: {log.scaling('torque', '-1')}, or name the others"
+            )
+    best = selection.refined or textbook
+    left = math.sqrt(float(np.mean(best.errors)) / float(np.mean(data.prepared.torque**2)))
+    if left > UNEXPLAINED:
+        raise InputError(
+            f"{log.name}: the motion explains {100.0 * max(0.0, 1.0 - left**2):.0f} % of the torque: it is not that of "
+            "the drive of this joint, or other forces are larger (give what is known with --known-torque)"
+        )
+
+
+def _left_free(blocks: Blocks) -> float:
+    """Return the share of the torque's square that unbounded least squares leaves."""
+    values = blocks.solve(bounded=False)
+    left = blocks.power.sum() - 2.0 * values @ blocks.moment.sum(axis=0) + values @ blocks.gram.sum(axis=0) @ values
+    return float(left / blocks.power.sum())
+
+
+def _divided(log: Log, share: float) -> tuple[Log, Log | None]:
+    """Return the log to fit, and its end that is held out."""
+    if share == 0.0:
+        return log, None
+    middle = round((1.0 - share) * log.time.size)
+    return log.part(slice(None, middle)), log.part(slice(middle, None))
+
+
+def _map(prepared: Prepared, periods: tuple[float, ...], hats: int) -> Map:
+    low, high = float(np.min(prepared.position)), float(np.max(prepared.position))
+    return Map(periods, hats, low, high if high > low else low + 1.0)
+
+
+def _check_map(log: Log, periods: tuple[float, ...], hats: int, load: bool) -> None:
+    check_numbers(position_hats=hats, **{f"position_periods[{k}]": period for k, period in enumerate(periods)})
+    for period in periods:
+        if not (math.isfinite(period) and period > 0.0):
+            raise InputError(f"position_periods = {period:g} is not allowed: a period must be positive and finite")
+    if hats != int(hats) or hats < 0 or hats == 1:
+        raise InputError(f"position_hats = {hats:g} is not allowed: it must be 0 or a whole number from 2 on")
+    if periods and hats:
+        raise InputError("position_periods and position_hats are both given; give one of them")
+    if (periods or hats) and log.position is None:
+        raise InputError(f"{log.name}: a map over the position takes a log with positions, not velocities")
+    if load and KNOWN not in log.extra:
+        raise InputError(f"{log.name}: load_friction takes a log with a known torque (--known-torque)")
 
 
 def _check_logs(log: Log, validation: Log | None) -> None:
@@ -220,17 +250,18 @@ def _check_logs(log: Log, validation: Log | None) -> None:
         check_log("validation", validation)
         if log.is_same_record(validation):
             raise InputError(
-                f"{validation.name}: the log to validate on is the one that is fitted; give another one, or none: the "
-                "end of the log is held out then"
+                f"{validation.name}: the log to validate on is the one that is fitted; give another one, or none"
             )
 
 
-def _check_arguments(held_out: float, torque_delay: float, confidence: float) -> None:
+def _check_arguments(held_out: float, torque_delay: float | None, confidence: float, model: str) -> None:
     check_numbers(held_out=held_out)
     if not 0.0 <= held_out < 1.0:
         raise InputError(f"held_out = {held_out:g} is not allowed: it must be zero or more, and less than one")
-    check_delay(torque_delay)
+    check_delay(torque_delay or 0.0)
     check_confidence(confidence)
+    if model not in FAMILIES:
+        raise InputError(f"model = {model!r} is not allowed: it must be one of {', '.join(FAMILIES)}")
 
 
 def check_delay(torque_delay: float) -> None:

@@ -1,4 +1,4 @@
-"""A log cut into pieces that can be filtered, with the band and what counts as rest, and the rows of some of them."""
+"""A log made ready for the regression: cleaned, cut at gaps, put on even times, filtered, divided into blocks."""
 
 import math
 from typing import NamedTuple
@@ -6,206 +6,230 @@ from typing import NamedTuple
 import numpy as np
 
 from adaptive_ff.errors import InputError, counted
-from adaptive_ff.identify.rows.band import shortest_piece, uniform, wide_velocity
-from adaptive_ff.identify.rows.column_noise import column_noise
-from adaptive_ff.identify.rows.filtering import condition
-from adaptive_ff.identify.rows.regressors import Problem
-from adaptive_ff.identify.rows.standing import Rest, find_rest
-from adaptive_ff.logs.bandwidth import check_bandwidth, choose_bandwidth, wide_corner
+from adaptive_ff.identify.motion import (
+    TUNING,
+    Array,
+    Rows,
+    Segment,
+    Spectrum,
+    choose_band,
+    derivative,
+    even,
+    lowpass,
+    make_rows,
+    spectrum,
+)
 from adaptive_ff.logs.defects import Piece, Skipped, check_varies, median_step, usable_pieces
-from adaptive_ff.logs.derivatives import REACH
-from adaptive_ff.logs.log import Log
+from adaptive_ff.logs.log import KNOWN, Log
 from adaptive_ff.logs.missing_values import lacking_column
 from adaptive_ff.logs.sanity import look_through
+from controllers.arrays import NDArray
+from controllers.checks import check_numbers
 
-NOISE_ALONE = 0.5
-"""Share of twice the variance of a position from which the squares of its steps are those of noise. A sine has so large
-steps from a sixth of the sampling frequency on; the band ends at a tenth."""
+FEWEST_SAMPLES, FEWEST_ROWS = 50, 30
+"""Samples of a log, and sliding rows of the regression, below which nothing is tried."""
 
-FEWEST_SAMPLES = 50
-"""Samples below which nothing is tried."""
-
-LAG_CYCLES = 1.0
-"""Largest friction lag that is looked for, in cycles of the band."""
+BLOCKS = (8, 20)
+"""Fewest and most blocks of rows."""
 
 LARGEST = 1e30
 """Largest value of a series; one over it is the smallest peak."""
 
-DRIVEN = "it must be that of the drive"
-"""What is asked of a torque that never changes."""
+NOISE_ALONE = 0.5
+"""Share of twice the variance of a position from which the squares of its steps are those of noise (von Neumann)."""
 
-SWINGING = "of a joint that swings freely, take its known gravity away with --known-torque, and give --model offset"
-"""What a rotary joint without a drive can be identified by: its weight."""
+BUTTERWORTH = 0.8
+"""Variance behind the filter over that behind an ideal low-pass of the same corner."""
 
 
 class Prepared(NamedTuple):
-    """A log, ready to be filtered.
+    """A log, ready for the regression.
 
     Attributes
     ----------
     log : Log
-        The log.
-    pieces : list of Piece
-        Pieces that are long enough for the band.
+        The log, cleaned.
+    segments : list of Segment
+        Its segments, as measured ...
+    rows : list of Rows
+        ... and filtered.
+    torque, velocity, position, time : ndarray, shape (n,)
+        Torque in the band, and motion, at the sliding rows.
+    block : ndarray of int, shape (n,)
+        Block of each row.
+    blocks : int
+        Number of blocks.
+    band, fast, period : float
+        Band, Hz; speed that few samples exceed, rad/s; sample time, s.
+    noise : dict of float
+        Variance of the noise of a column in a row, by its name.
+    found : Spectrum
+        Where motion and noise are.
+    has_known, delay_known : bool
+        Whether there is a known torque, and whether the time of the torque is known.
+    used : int
+        Number of samples of the segments.
     skipped : list of Skipped
-        What is not used, and why.
-    period : float
-        Sample time, s.
-    bandwidth : float
-        Band of the regression, Hz.
-    rest : Rest
-        What counts as rest.
+        What was not used.
     said : list of str
-        What is probably wrong with it, a sentence each.
+        What was done to the log.
     """
 
     log: Log
-    pieces: list[Piece]
-    skipped: list[Skipped]
+    segments: list[Segment]
+    rows: list[Rows]
+    torque: Array
+    velocity: Array
+    position: Array
+    time: Array
+    block: NDArray[np.int64]
+    blocks: int
+    band: float
+    fast: float
     period: float
-    bandwidth: float
-    rest: Rest
+    noise: dict[str, float]
+    found: Spectrum
+    has_known: bool
+    delay_known: bool
+    used: int
+    skipped: list[Skipped]
     said: list[str]
 
 
-def prepare(log: Log, bandwidth: float | None = None, *, linear: bool = False) -> Prepared:
-    """Cut a log into usable pieces, and choose the band where none is given.
+def prepare(
+    log: Log, *, bandwidth: float | None = None, torque_delay: float | None = None, linear: bool = False
+) -> Prepared:
+    """Make a log ready.
 
     Parameters
     ----------
     log : Log
         The log.
     bandwidth : float, optional
-        Band, Hz.
+        Band of the regression, Hz; chosen by the motion if not given.
+    torque_delay : float, optional
+        Time after its stamp at which a torque acts, s.
     linear : bool, optional
-        Whether it is a linear axis, whose position does not wrap.
+        Whether the axis is linear.
 
     Raises
     ------
     InputError
-        The log is too short, does not move, has a constant torque, or the band is not allowed.
+        The log is too short, does not move, has no torque, or the band is not allowed.
     """
+    _check(log)
+    sound = look_through(log, linear=linear)
+    clean, period = sound.log, median_step(sound.log)
+    pieces, skipped = usable_pieces(clean, 32, sound.jumps)
+    _check_content(log, clean, pieces, skipped, linear=linear)
+    segments = [_segment(clean, piece, period, torque_delay or 0.0) for piece in pieces]
+    longest = max(segments, key=lambda one: one.position.size)
+    is_position = clean.position is not None
+    seen = longest.position if is_position else derivative(longest.position, longest.period)
+    found = spectrum(seen, longest.period, is_position=is_position)
+    band = choose_band(found, period) if bandwidth is None else _checked_band(bandwidth, period)
+    made = _filtered(clean, segments, band, found, delay_known=torque_delay is not None)
+    return made._replace(used=sum(piece.size for piece in pieces), skipped=skipped, said=sound.said)
+
+
+def narrowed(prepared: Prepared) -> Prepared | None:
+    """Return the same in half the band; None where that leaves too few rows."""
+    try:
+        return _filtered(
+            prepared.log,
+            prepared.segments,
+            0.5 * prepared.band,
+            prepared.found,
+            delay_known=prepared.delay_known,
+        )
+    except InputError:
+        return None
+
+
+def _filtered(
+    log: Log,
+    segments: list[Segment],
+    band: float,
+    found: Spectrum,
+    *,
+    delay_known: bool,
+) -> Prepared:
+    """Return the rows of some segments in a band, Hz."""
+    longest = max(segments, key=lambda one: one.position.size)
+    smooth = derivative(lowpass(band, longest.period)(longest.position), longest.period)
+    fast = float(np.quantile(np.abs(smooth), 0.95))
+    if not fast > 0.0:
+        raise InputError(f"{log.name}: nothing moves; the joint must move to be identified")
+    enough = [one for one in segments if one.position.size * one.period > 4.0 / band]
+    rows = [made for made in (make_rows(one, band, found.noise, fast) for one in enough) if made.slides.any()]
+    count = sum(int(made.slides.sum()) for made in rows)
+    if count < FEWEST_ROWS:
+        raise InputError(
+            f"{log.name}: the joint slides in {counted(count, 'row')} of the band of {band:.3g} Hz only; there must be "
+            f"at least {FEWEST_ROWS}: record for longer, or give a wider --bandwidth"
+        )
+    cycles = count / (TUNING.rows_in_cycle * band) * found.slow
+    blocks = min(int(np.clip(cycles, *BLOCKS)), max(4, count // 12))
+    joined = {
+        name: np.concatenate([getattr(made, name)[made.kept][made.slides] for made in rows])
+        for name in ("velocity", "position", "time")
+    }
+    joined["torque"] = np.concatenate([made.filtered(made.torque)[made.slides] for made in rows])
+    noise = {
+        "inertia": BUTTERWORTH * found.noise.variance(band, 1),
+        "viscous": BUTTERWORTH * found.noise.variance(band, 0),
+    }
+    return Prepared(
+        log,
+        segments,
+        rows,
+        block=np.arange(count) * blocks // count,
+        blocks=blocks,
+        band=band,
+        fast=fast,
+        period=longest.period,
+        noise=noise,
+        found=found,
+        has_known=KNOWN in log.extra,
+        delay_known=delay_known,
+        used=0,
+        skipped=[],
+        said=[],
+        **joined,
+    )
+
+
+def _segment(log: Log, piece: Piece, period: float, delay: float) -> Segment:
+    """Return a piece at even times; a velocity is summed up to a position."""
+    part = slice(piece.start, piece.stop)
+    time = log.time[part]
+    count = round(float(time[-1] - time[0]) / period) + 1
+    step = float(time[-1] - time[0]) / (count - 1)
+    grid = time[0] + step * np.arange(count)
+    motion, torque = even(time, log.motion[part], grid), even(time + delay, log.torque[part], grid)
+    if log.position is None:
+        motion = np.concatenate([[0.0], np.cumsum(0.5 * (motion[1:] + motion[:-1])) * step])
+    known = even(time + delay, log.extra[KNOWN][part], grid) if KNOWN in log.extra else np.zeros(count)
+    return Segment(float(time[0]), step, motion, torque, known)
+
+
+def _checked_band(bandwidth: float, period: float) -> float:
+    check_numbers(bandwidth=bandwidth)
+    highest = TUNING.sampling_share / period
+    if not 0.0 < bandwidth <= highest * (1.0 + 1e-9):
+        raise InputError(
+            f"bandwidth = {bandwidth:g} Hz is not allowed: it must be positive and at most a fifth of the sampling "
+            f"frequency, {highest:.4g} Hz"
+        )
+    return float(bandwidth)
+
+
+def _check(log: Log) -> None:
+    """Refuse what is too short, and values with which squares would leave the range of numbers."""
     if log.time.size < FEWEST_SAMPLES:
         few = counted(log.time.size, "sample")
         raise InputError(f"{log.name}: the log has {few}; there must be at least {FEWEST_SAMPLES}")
-    _check_sizes(log, median_step(log))
-    given = log
-    log, said, jumps = look_through(given, linear=linear)
-    period = median_step(log)
-    smallest = 4 * REACH
-    pieces, skipped = usable_pieces(log, smallest, jumps)
-    if not pieces:
-        worst = _worst(skipped) + lacking_column(given)
-        raise InputError(f"{log.name}: no piece of {smallest} samples is without defect; {worst}")
-    is_position = log.position is not None
-    what = "position" if is_position else "velocity"
-    check_varies(f"{log.name}: the {what}", log.motion, pieces, "it must move to be identified")
-    _check_moves(log, pieces, "m" if linear else "rad")
-    check_varies(f"{log.name}: the torque", log.torque, pieces, DRIVEN if linear else f"{DRIVEN}; {SWINGING}")
-    if bandwidth is None:
-        longest = max(pieces, key=lambda piece: piece.size)
-        bandwidth = choose_bandwidth(uniform(log, longest, period)[1], period, is_position=is_position)
-    check_bandwidth(bandwidth, period)
-    needed = shortest_piece(bandwidth, period)
-    enough = [piece for piece in pieces if piece.size >= needed]
-    short = [Skipped(*piece, _too_short(piece, period, needed)) for piece in pieces if piece.size < needed]
-    if not enough:
-        longest = max(pieces, key=lambda piece: piece.size)
-        raise InputError(
-            f"{log.name}: the longest piece without defect has {longest.size} samples; in a band of {bandwidth:.3g} Hz "
-            f"there must be {needed} (widen it with a larger bandwidth, or record for longer)"
-        )
-    longest = max(enough, key=lambda piece: piece.size)
-    corner = wide_corner(uniform(log, longest, period)[1], bandwidth, period, is_position=is_position)
-    velocities = [
-        wide_velocity(uniform(log, piece, period)[1], corner, period, is_position=is_position) for piece in enough
-    ]
-    if not any(np.any(velocity) for velocity in velocities):
-        raise InputError(f"{log.name}: nothing moves; the joint must move to be identified")
-    return Prepared(log, enough, sorted([*skipped, *short]), period, bandwidth, find_rest(velocities, corner), said)
-
-
-class Parts(NamedTuple):
-    """Pieces of a log that are fitted and held out, and what became too short for the filters."""
-
-    fitting: list[Piece]
-    holding: list[Piece]
-    short: list[Skipped]
-
-
-def divide(prepared: Prepared, share: float) -> Parts:
-    """Divide the pieces of a log in time; the last share of their samples is held out."""
-    needed = shortest_piece(prepared.bandwidth, prepared.period)
-    parts = split(prepared.pieces, share)
-    fitting, holding = ([piece for piece in part if piece.size >= needed] for part in parts)
-    short = [
-        Skipped(*piece, _too_short(piece, prepared.period, needed))
-        for part in parts
-        for piece in part
-        if piece.size < needed
-    ]
-    if not fitting:
-        raise InputError(
-            f"{prepared.log.name}: with {100.0 * share:g} % held out, no piece is left of the {needed} samples that "
-            "the filters need; hold out less"
-        )
-    return Parts(fitting, holding, short)
-
-
-def split(pieces: list[Piece], share: float) -> tuple[list[Piece], list[Piece]]:
-    """Divide pieces in time; the last share of their samples comes second.
-
-    Cut before any filter has run, nothing of the second part leaks into the first.
-    """
-    total = sum(piece.size for piece in pieces)
-    left = round((1.0 - share) * total)
-    first: list[Piece] = []
-    second: list[Piece] = []
-    for piece in pieces:
-        middle = piece.start + min(max(left, 0), piece.size)
-        left -= piece.size
-        first += [Piece(piece.start, middle)] if middle > piece.start else []
-        second += [Piece(middle, piece.stop)] if piece.stop > middle else []
-    return first, second
-
-
-def regression_problem(prepared: Prepared, pieces: list[Piece], torque_delay: float) -> Problem:
-    """Return what is regressed of some pieces of a log; the delay of the torque in s."""
-    band, period, rest = prepared.bandwidth, prepared.period, prepared.rest
-    conditioned = [condition(prepared.log, piece, band, period, rest, torque_delay) for piece in pieces]
-    longest = max(prepared.pieces, key=lambda piece: piece.size)
-    noise = column_noise(prepared.log, longest, period, (rest.corner, band))
-    variances = {"inertia": noise.acceleration, "viscous": noise.velocity}
-    path = 0.0 if rest.bending is None else rest.bending.path
-    return Problem(conditioned, rest.speeds, LAG_CYCLES / band, variances, path=path)
-
-
-def _too_short(piece: Piece, period: float, needed: int) -> str:
-    """Say why a piece is too short."""
-    return f"a piece of {piece.size * period:.3g} s; the filters need {needed * period:.3g} s"
-
-
-def _check_moves(log: Log, pieces: list[Piece], unit: str) -> None:
-    """Refuse a position that is nothing but noise, by J. von Neumann's ratio (1941).
-
-    The mean square of its steps is twice the variance then, and ``1 - cos(2 pi f Ts)`` of that for a sine.
-    """
-    if log.position is None:
-        return
-    positions = [log.position[start:stop] for start, stop in pieces]
-    steps = sum(float(np.sum(np.diff(position) ** 2)) for position in positions)
-    spread = sum(float(np.sum((position - np.mean(position)) ** 2)) for position in positions)
-    if steps > NOISE_ALONE * 2.0 * spread:
-        scatter = math.sqrt(spread / sum(piece.size for piece in pieces))
-        raise InputError(
-            f"{log.name}: the position scatters by {scatter:.3g} {unit} (rms), no more than from one sample to the "
-            "next: that is noise; it must move to be identified"
-        )
-
-
-def _check_sizes(log: Log, period: float) -> None:
-    """Refuse values with which squares would leave the range of numbers."""
-    series = {"sample time": np.array([period]), "torque": log.torque, "motion": log.motion}
+    series = {"sample time": np.array([median_step(log)]), "torque": log.torque, "motion": log.motion}
     for name, values in series.items():
         peak = float(np.max(np.abs(values), where=np.isfinite(values), initial=0.0))
         if peak != 0.0 and not 1.0 / LARGEST <= peak <= LARGEST:
@@ -214,8 +238,23 @@ def _check_sizes(log: Log, period: float) -> None:
             )
 
 
-def _worst(skipped: list[Skipped]) -> str:
-    """Name the defect that costs most."""
-    if not skipped:
-        return "there is none at all"
-    return "mostly " + max(skipped, key=lambda skip: skip.stop - skip.start).reason
+def _check_content(given: Log, log: Log, pieces: list[Piece], skipped: list[Skipped], *, linear: bool) -> None:
+    """Refuse a log without a usable piece, without motion or without torque."""
+    if not pieces:
+        worst = max(skipped, key=lambda skip: skip.stop - skip.start).reason if skipped else "there is none at all"
+        raise InputError(f"{log.name}: no piece of 32 samples is without defect; mostly {worst}{lacking_column(given)}")
+    what = "velocity" if log.position is None else "position"
+    check_varies(f"{log.name}: the {what}", log.motion, pieces, "it must move to be identified")
+    hint = "" if linear else "; of a joint that swings freely, take its known gravity away with --known-torque"
+    check_varies(f"{log.name}: the torque", log.torque, pieces, f"it must be that of the drive{hint}")
+    if log.position is None:
+        return
+    parts = [log.position[start:stop] for start, stop in pieces]
+    steps = sum(float(np.sum(np.diff(one) ** 2)) for one in parts)
+    spread = sum(float(np.sum((one - np.mean(one)) ** 2)) for one in parts)
+    if steps > NOISE_ALONE * 2.0 * spread:
+        scatter = math.sqrt(spread / sum(one.size for one in parts))
+        raise InputError(
+            f"{log.name}: the position scatters by {scatter:.3g} {'m' if linear else 'rad'} (rms), no more than from "
+            "one sample to the next: that is noise; it must move to be identified"
+        )

@@ -1,27 +1,91 @@
-"""What was identified from a log."""
+"""What was identified from a log: codes, values and units; :mod:`adaptive_ff.report` words them."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from adaptive_ff.identify.fitting.constant_speed import FrictionCurve
-from adaptive_ff.identify.fitting.prediction import Prediction, TorqueError
-from adaptive_ff.identify.fitting.term_selection import Selection
-from adaptive_ff.identify.maps.identified_map import IdentifiedMap
-from adaptive_ff.identify.maps.map_columns import MapAsked
-from adaptive_ff.identify.reported import Reported
-from adaptive_ff.identify.rows.recorded_reference import Reference
+from adaptive_ff.identify.columns import Map, static_friction
+from adaptive_ff.identify.motion import Array, Rows
+from adaptive_ff.identify.selection import Data, Model
+from adaptive_ff.identify.units import unit_of
 from adaptive_ff.logs.defects import Skipped
-from adaptive_ff.logs.derivatives import Array
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from adaptive_ff.friction.model import TorqueModel
     from adaptive_ff.identify.first_estimate import FirstEstimate
+
+ASYMMETRY = "viscous_asymmetry"
+GOOD, CARE, UNUSABLE = "good", "usable with care", "not usable"
+
+LEFT = {GOOD: 0.15, CARE: 0.5}
+"""Share of the torque (rms, of blocks that were left out) that may be left."""
+
+WIDE = 0.25
+"""Half width of an interval over its value from which on a parameter needs care."""
+
+NEEDED = ("inertia", "coulomb", "viscous")
+"""What a simulated joint needs."""
+
+
+class Parameter(NamedTuple):
+    """A parameter with its interval."""
+
+    value: float
+    lower: float
+    upper: float
+
+    @property
+    def half_width(self) -> float:
+        """Half width of the interval over the value."""
+        return 0.5 * (self.upper - self.lower) / abs(self.value) if self.value else math.inf
+
+
+class Fit(NamedTuple):
+    """A fitted model.
+
+    Attributes
+    ----------
+    model : Model
+        Its terms and shape.
+    values, lower, upper : dict of float
+        Estimates and ends of their intervals by name.
+    left : float
+        What it leaves of the torque of blocks that were left out of the fit, rms over rms.
+    """
+
+    model: Model
+    values: dict[str, float]
+    lower: dict[str, float]
+    upper: dict[str, float]
+    left: float
+
+    @property
+    def parameters(self) -> dict[str, Parameter]:
+        """Parameters with their intervals by name."""
+        return {name: Parameter(value, self.lower[name], self.upper[name]) for name, value in self.values.items()}
+
+
+class Recording(NamedTuple):
+    """Rows of the log in its band: time (s), position (rad), velocity (rad/s), torque and the model's torque (N m)."""
+
+    time: Array
+    position: Array
+    velocity: Array
+    torque: Array
+    fitted: Array
+
+
+def predicted(fit: Fit, data: Data) -> float:
+    """Return what a model leaves of the torque of some rows, rms over rms."""
+    torque = data.prepared.torque
+    model = data.columns(*fit.model) @ np.array([fit.values[name] for name in fit.model.names])
+    return math.sqrt(float(np.mean((torque - model) ** 2)) / float(np.mean(torque**2)))
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -34,126 +98,125 @@ class LogIdentification:
         Where the log comes from.
     units : dict of str
         Units by name of the parameter, and of ``torque`` and ``velocity``.
-    parameters : dict of Reported
-        ``inertia``, ``coulomb``, ``viscous``, ``offset``, ``friction_lag``, ``stiction``, ``stribeck_velocity``,
-        ``saturation``, ``saturation_velocity``, ``viscous_asymmetry``, ``gravity_sine`` and ``gravity_cosine``, as far
-        as they could be estimated; those that are not used are of the model with that term beside the chosen ones.
-        ``viscous_asymmetry`` is half the difference of the viscous coefficients of both directions.
-    selection : Selection
-        The fits behind it.
+    textbook, refined : Fit, and Fit or None
+        The textbook's model, and what refinements make of it; None where none is taken.
+    taken : tuple of str
+        The refinements.
+    unidentified : dict of str
+        Textbook parameters that the motion does not determine, with the code of the reason.
     confidence : float
         Probability that the intervals are meant to have.
     bandwidth, period : float
         Band of the regression, Hz, and sample time of the log, s.
     samples, used : int
-        Number of samples of the log, and of those in the pieces that were used.
+        Number of samples of the log, and of those that were used.
     skipped : list of Skipped
         What of the log was not used, and why.
-    fit, validation : TorqueError, and TorqueError or None
-        How well the model says the torque that it was fitted to, and torque that it was not.
+    place : Map
+        What of position friction, or a force, might depend on.
+    rows : Recording
+        Measured and modelled torque.
+    motion : Rows
+        The longest segment.
+    validation : float or None
+        What the best model leaves of the torque that it was validated on, rms over rms.
     validated_on : str
-        What the latter is.
-    both_ways : bool
-        Whether the joint moves both ways.
-    curve : FrictionCurve
-        Points of friction from stretches at constant speed, and the Stribeck curve through them.
-    rest_torque : float or None
-        Largest torque seen at rest, without the offset, N m; None where the joint does not rest.
-    lags, lag_errors : ndarray, shape (n,)
-        Friction lags, s, and the relative error of the torque with each.
-    rows, held_out : list of Prediction
-        The torque in the band, fitted and held out.
-    reference : Reference
-        The motion of the longest piece.
-    map_asked : MapAsked
-        What of position and load friction, or a force, might depend on.
-    position_map : IdentifiedMap or None
-        How they do; None where the model does without.
-    carries_over : tuple of terms and TorqueError, or None
-        Where the chosen model is much worse on what was held out, but one of another family is not: its terms, and its
-        error there, which may still be more than that of the chosen one.
-    other_units : str or None
-        What another log's torque or motion seems to be in, where it is not what the log's is in.
-    has_other_load : bool
-        Whether what was held out speaks for another gravity or offset there alone.
-    has_changed : bool
-        Whether what was held out speaks for another friction or inertia there.
-    verdict : list of str
-        What the log determines and what it does not, a sentence each.
+        What that is.
     cautions : list of str
-        What is probably wrong with the log, a sentence each.
+        What was done to the log, or is probably wrong with it, a sentence each.
     """
 
     name: str
     units: dict[str, str]
-    parameters: dict[str, Reported]
-    selection: Selection
+    textbook: Fit
+    refined: Fit | None
+    taken: tuple[str, ...]
+    unidentified: dict[str, str]
     confidence: float
     bandwidth: float
     period: float
     samples: int
     used: int
     skipped: list[Skipped]
-    fit: TorqueError
-    validation: TorqueError | None
-    validated_on: str
-    both_ways: bool
-    curve: FrictionCurve
-    rest_torque: float | None
-    lags: Array
-    lag_errors: Array
-    rows: list[Prediction]
-    held_out: list[Prediction]
-    reference: Reference
-    map_asked: MapAsked
-    position_map: IdentifiedMap | None
-    carries_over: tuple[tuple[str, ...], TorqueError] | None = None
-    other_units: str | None = None
-    has_other_load: bool = False
-    has_changed: bool = False
-    verdict: list[str] = field(default_factory=list)
+    place: Map
+    rows: Recording
+    motion: Rows
+    validation: float | None = None
+    validated_on: str = ""
     cautions: list[str] = field(default_factory=list)
 
     def __repr__(self) -> str:
-        """Return what the log determines and what is left of the torque in one line."""
-        known = "".join(
-            f"{name} {reported.estimate.value:.4g} {self.units[name]}, "
-            for name, reported in self.parameters.items()
-            if reported.is_known
-        )
-        return f"LogIdentification({self.name!r}: {known}{100.0 * self.fit.relative_error:.3g} % of the torque left)"
+        """Return name and textbook parameters."""
+        values = ", ".join(f"{name}={value:.4g}" for name, value in self.textbook.values.items())
+        return f"LogIdentification({self.name!r}, {values})"
+
+    @property
+    def best(self) -> Fit:
+        """The model that is written: the refined one where there is one."""
+        return self.refined or self.textbook
+
+    @property
+    def parameters(self) -> dict[str, Parameter]:
+        """The textbook's parameters with their intervals."""
+        return self.textbook.parameters
 
     def value(self, name: str) -> float:
-        """Return a parameter of the model as it is used: zero where the log does not determine it."""
-        reported = self.parameters.get(name)
-        return reported.estimate.value if reported is not None and reported.identifiable and reported.used else 0.0
+        """Return a parameter of the best model; zero where it has none of that name."""
+        return self.best.values.get(name, 0.0)
+
+    @property
+    def joint_friction(self) -> tuple[float, float]:
+        """Coulomb and viscous friction of a joint that is simulated: of a curve that dips at low speed, its line."""
+        if self.value("stiction_excess") >= 0.0 and self.value("coulomb") >= 0.0:
+            return self.value("coulomb"), self.value("viscous")
+        velocity = self.rows.velocity
+        columns = np.column_stack([np.sign(velocity), velocity])
+        odd = {**self.best.values, ASYMMETRY: 0.0}
+        coulomb, viscous = np.linalg.lstsq(columns, static_friction(velocity, odd, self.best.model.shape))[0]
+        return max(0.0, float(coulomb)), max(0.0, float(viscous))
+
+    @property
+    def linear(self) -> bool:
+        """Whether it is a linear axis."""
+        return self.units["velocity"] == "m/s"
+
+    @property
+    def gravity(self) -> tuple[float, float]:
+        """Amplitude, N m, and phase, rad, of gravity: ``amplitude sin(q + phase)``."""
+        sine, cosine = self.value("gravity_sine"), self.value("gravity_cosine")
+        return math.hypot(sine, cosine), math.atan2(cosine, sine)
+
+    @property
+    def vague(self) -> list[str]:
+        """Textbook parameters whose interval is wide."""
+        return [name for name in NEEDED if name in self.parameters and self.parameters[name].half_width > WIDE]
+
+    @property
+    def grade(self) -> str:
+        """How far the result can be used: ``good``, ``usable with care`` or ``not usable``."""
+        left = self.best.left if self.validation is None else max(self.best.left, self.validation)
+        if left > LEFT[CARE] or self.value("inertia") <= 0.0 or "inertia" in self.unidentified:
+            return UNUSABLE
+        return CARE if left > LEFT[GOOD] or self.vague or self.unidentified else GOOD
+
+    def friction(self, velocity: Array) -> Array:
+        """Return the friction curve of the best model, N m, with its offset."""
+        shape = self.best.model.shape
+        return np.asarray(static_friction(velocity, self.best.values, shape) + self.value("offset"))
+
+    def friction_points(self, bins: int = 30) -> dict[str, Array]:
+        """Return the log's friction over its velocity: means of the torque without all else in bins of velocity."""
+        rows = self.rows
+        seen = rows.torque - rows.fitted + self.friction(rows.velocity)
+        edges = np.linspace(float(rows.velocity.min()), float(rows.velocity.max()), bins + 1)
+        at = np.clip(np.digitize(rows.velocity, edges) - 1, 0, bins - 1)
+        count = np.bincount(at, minlength=bins)
+        kept = count >= 5
+        mean = [np.bincount(at, one, bins)[kept] / count[kept] for one in (rows.velocity, seen)]
+        return {"velocity": mean[0], "torque": mean[1], "count": count[kept]}
 
     def torque_model(self, torque_constant: float | None = None) -> "TorqueModel":
-        """Return the identified joint as the model that controllers assume.
-
-        What the log does not determine is zero, but for the lag, which is the one estimated beside the model, or 10 ms
-        where there is no friction or no bound to it, and for stiction, Stribeck velocity and shape: those of stretches
-        at constant speed where there are such, else stiction is Coulomb friction and the Stribeck velocity a twentieth
-        of the largest speed. Friction that saturates is shared out between Coulomb and viscous friction as at the log's
-        speeds; gravity and friction over position have no place in this model.
-
-        Parameters
-        ----------
-        torque_constant : float, optional
-            Torque (force) of one ampere, N m/A (N/A), for a log that holds a current; 1 for a controller that
-            commands A.
-
-        Returns
-        -------
-        TorqueModel
-            The joint; of a linear axis read m, N and kg for rad, N m and kg m^2.
-
-        Raises
-        ------
-        InputError
-            The inertia is not identifiable, the log holds a current and there is no torque constant, it is not a
-            positive and finite number, or the log holds a torque and there is one.
-        """
+        """Return the best model as the torque model of a controller; ``torque_constant`` (N m/A) of a current."""
         from adaptive_ff.identify.first_estimate import torque_model
 
         return torque_model(self, torque_constant)
@@ -161,92 +224,62 @@ class LogIdentification:
     def first_estimate(
         self, torque_constant: float | None = None, parameters: Sequence[str] | None = None
     ) -> "FirstEstimate":
-        """Return what an adaptive controller of this joint begins with: model, gravity, map, and how sure they are.
-
-        ``AdaptiveController(proportional, integral, period, **found.first_estimate()._asdict())``. The standard
-        deviations are those of the intervals, about the values, of the joint as it was recorded.
-
-        Where friction was found to depend on position, the controller is given the same periods and hats, and begins
-        with their coefficients, within what it allows, from -2 to 2. The position must be that of the log: the same
-        zero, and with ``gear_ratio`` the joint's. Friction over load is left out, because the controller counts
-        identified gravity as load and the log does not (``load_friction=True`` learns it anew); so is a force over
-        position, for which it has no map.
+        """Return what an adaptive controller begins with: arguments of ``AdaptiveController``, by name.
 
         Parameters
         ----------
         torque_constant : float, optional
-            As in :meth:`torque_model`.
+            N m/A (N/A), where the log has a current.
         parameters : sequence of str, optional
-            What the controller is to identify, as in :class:`AdaptiveController`; by default with offset, for a
-            rotary joint with gravity, too, and by direction where viscous friction is.
-
-        Raises
-        ------
-        InputError
-            As in :meth:`torque_model`, or ``parameters`` are no choice of the controller.
+            What the controller is to identify; by default what suits the model.
         """
         from adaptive_ff.identify.first_estimate import first_estimate
 
         return first_estimate(self, torque_constant, parameters)
 
+    def simulator(self, kind: str, *, gear_ratio: float = 1.0) -> str:
+        """Return the joint as a simulator takes it: ``mjcf``, ``urdf``, ``isaac`` or ``drake``.
+
+        Parameters
+        ----------
+        kind : str
+            The simulator's format.
+        gear_ratio : float, optional
+            Turns of the motor in one of the joint: of a log on the motor's side the joint's values are written.
+        """
+        from adaptive_ff.identify.simulators import simulator_text
+
+        return simulator_text(self, kind, gear_ratio=gear_ratio)
+
     def to_dict(self) -> dict[str, Any]:
-        """Return everything but the series as plain values; ends of intervals that are infinite are None."""
-        result: dict[str, Any] = {"log": self.name}
-        for name, (estimate, identifiable, used, confounded) in self.parameters.items():
-            ends = {"lower": estimate.lower, "upper": estimate.upper, "standard_error": estimate.standard_error}
-            finite = {key: number if np.isfinite(number) else None for key, number in ends.items()}
-            unit = self.units[name]
-            kind = {"identifiable": identifiable, "used": used, "confounded": list(confounded)}
-            result[name] = {"value": estimate.value, **finite, "unit": unit, **kind}
-        alike = [fitted.terms for fitted in self.selection.alike]
-        result["terms"] = list(self.selection.chosen.terms)
-        result["confidence"] = self.confidence
-        result["fit"] = self.fit._asdict()
-        held = None if self.validation is None else self.validation._asdict()
-        result["validation"] = None if held is None else {"on": self.validated_on, **held}
-        other = self.carries_over
-        result["has_changed"] = self.has_changed
-        result["has_other_load"] = self.has_other_load
-        result["other_units"] = self.other_units
-        result["carries_over"] = None if other is None else {"terms": list(other[0]), **other[1]._asdict()}
-        result["models"] = [
-            {"terms": list(model.terms), "error_held_out": model.error, "alike": model.terms in alike}
-            for model in sorted(self.selection.validated, key=lambda model: model.error)
-        ]
-        result["friction_map"] = None if self.position_map is None else self.position_map.to_dict()
-        result["bandwidth"] = self.bandwidth
-        result["period"] = self.period
+        """Return everything but the series as plain values: textbook parameters by name, ``refined`` beside them."""
+        result: dict[str, Any] = {"name": self.name, "units": self.units}
+        result |= {name: self._entry(name, one) for name, one in self.parameters.items()}
+        best = self.refined
+        result["refined"] = (
+            None
+            if best is None
+            else {
+                "taken": list(self.taken),
+                **{name: self._entry(name, one) for name, one in best.parameters.items()},
+                "left": best.left,
+            }
+        )
+        result |= {"left": self.textbook.left, "confidence": self.confidence, "verdict": self.grade}
+        result["unidentified"], result["vague"] = self.unidentified, self.vague
+        result["validation"] = None if self.validation is None else {"on": self.validated_on, "left": self.validation}
+        result["friction"] = {name: series.tolist() for name, series in self.friction_points().items()}
+        result["bandwidth"], result["period"] = self.bandwidth, self.period
         result["samples"] = {"log": self.samples, "used": self.used}
         result["skipped"] = [skip._asdict() for skip in self.skipped]
-        result["rest_torque"] = self.rest_torque
-        result["constant_speed"] = _curve_to_dict(self.curve)
-        result["verdict"] = self.verdict
         result["warnings"] = self.cautions
         return result
+
+    def _entry(self, name: str, one: Parameter) -> dict[str, Any]:
+        return {**one._asdict(), "unit": unit_of(self.units, name)}
 
     def plot(self, folder: str | Path | None = None) -> "dict[str, Figure]":
         """Draw the report; write each picture as ``NAME.png`` where a folder is given."""
         from adaptive_ff.report.identification_plots import plot_identification
 
         return plot_identification(self, folder)
-
-
-def _curve_to_dict(curve: FrictionCurve) -> dict[str, Any]:
-    points, fit = curve.points, curve.fit
-    result: dict[str, Any] = {"remark": curve.remark, "points": [], "stribeck": None}
-    if points is not None:
-        columns = (points.velocity, points.torque, points.standard_error, points.count)
-        names = ("velocity", "torque", "standard_error", "readings")
-        series = zip(*(column.tolist() for column in columns), strict=True)
-        result["points"] = [dict(zip(names, row, strict=True)) for row in series]
-    if fit is not None:
-        result["stribeck"] = {
-            name: {"value": estimate.value, **{end: _finite(getattr(estimate, end)) for end in ("lower", "upper")}}
-            for name, estimate in fit.estimates.items()
-        }
-        result["stribeck"]["determined"] = fit.determined
-    return result
-
-
-def _finite(number: float) -> float | None:
-    return number if np.isfinite(number) else None

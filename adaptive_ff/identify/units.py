@@ -2,21 +2,18 @@
 
 from collections.abc import Mapping
 
-from adaptive_ff.friction.model import UNITS
-from adaptive_ff.identify.terms import SATURATIONS
 from adaptive_ff.scenario.axis_units import of_linear
 
 ROTARY = {
-    **UNITS,
-    "offset": "N m",
-    "stribeck_velocity": "rad/s",
-    "viscous_asymmetry": "N m s/rad",
-    **dict.fromkeys(("gravity_sine", "gravity_cosine", *SATURATIONS, "stiction_excess"), "N m"),
-    **dict.fromkeys((f"{shape}_velocity" for shape in SATURATIONS), "rad/s"),
-    "torque": "N m",
-    "velocity": "rad/s",
+    "inertia": "kg m²",
+    **dict.fromkeys(("viscous", "viscous_asymmetry"), "N m s/rad"),
+    **dict.fromkeys(("coulomb", "offset", "gravity_sine", "gravity_cosine", "stiction_excess", "torque"), "N m"),
+    **dict.fromkeys(("friction_lag", "torque_delay"), "s"),
+    **dict.fromkeys(("stribeck_velocity", "velocity"), "rad/s"),
+    "path": "rad",
+    "load_friction": "",
 }
-"""Units of a rotary joint."""
+"""Units of a rotary joint; what is over position is in those of the torque."""
 
 LINEAR = {name: of_linear(unit) for name, unit in ROTARY.items()}
 """Units of a linear axis."""
@@ -30,19 +27,12 @@ def of_current(units: Mapping[str, str]) -> dict[str, str]:
     return {name: _of_current(unit) for name, unit in units.items()}
 
 
-def is_linear(units: Mapping[str, str]) -> bool:
-    """Tell whether some units are those of a linear axis."""
-    return units["velocity"] == LINEAR["velocity"]
-
-
-def is_of_current(units: Mapping[str, str]) -> bool:
-    """Tell whether the torque, or force, of some units is a current."""
-    return units["torque"] == "A"
+def unit_of(units: Mapping[str, str], name: str) -> str:
+    """Return the unit of a parameter; those of a map over position are torques."""
+    return units.get(name, units["torque"])
 
 
 def _of_current(unit: str) -> str:
     if unit in MASS_IN_AMPERES:
         return MASS_IN_AMPERES[unit]
-    if not unit.startswith("N"):
-        return unit
-    return unit.replace("N m" if unit.startswith("N m") else "N", "A", 1)
+    return unit.replace("N m" if unit.startswith("N m") else "N", "A", 1) if unit.startswith("N") else unit

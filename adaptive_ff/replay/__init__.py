@@ -1,1 +1,1 @@
-"""The online estimator run over a recorded log."""
+"""Replay of a recorded log by the filter of the adaptive controller."""

@@ -1,102 +1,209 @@
-"""Replay of a log: what the adaptive feedforward would have learnt and fed forward on the machine, sample by sample."""
+"""Replay of a log: what the adaptive feedforward would have learnt, and the torque it would have left.
 
-from collections.abc import Callable, Iterable, Mapping
-from typing import Any
+In its loop the controller learns from the velocity error behind the response of the loop, along the reference. A log
+has no loop of ours: here the same columns run along the measured motion, and a low-pass stands for the response.
+"""
 
-from adaptive_ff.adaptive.controller import UnsupervisedController
-from adaptive_ff.baselines.model_based import ModelBased
-from adaptive_ff.errors import InputError, counted, sentence
-from adaptive_ff.friction.identifying import has_gravity
-from adaptive_ff.friction.model import IDENTIFIED, TorqueModel
-from adaptive_ff.identify.identification import check_delay
-from adaptive_ff.logs.bandwidth import check_bandwidth
-from adaptive_ff.logs.defects import median_step, usable_pieces
+import json
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from scipy import signal
+
+from adaptive_ff.errors import InputError, read_text
+from adaptive_ff.friction.model import unit_of
+from adaptive_ff.identify.columns import Map
+from adaptive_ff.identify.identification import check_delay, identify_log
+from adaptive_ff.identify.motion import Array, Rows
+from adaptive_ff.identify.preparation import Prepared, prepare
+from adaptive_ff.identify.result import LogIdentification
+from adaptive_ff.identify.selection import Data
+from adaptive_ff.identify.units import of_current
+from adaptive_ff.learning.rls import RLSState
+from adaptive_ff.logs.defects import Skipped
 from adaptive_ff.logs.log import Log, check_log
-from adaptive_ff.logs.missing_values import lacking_column
-from adaptive_ff.logs.sanity import look_through
-from adaptive_ff.replay.defaults import FROM_LOG, Recorded, usual_settings
-from adaptive_ff.replay.fixed import fit_fixed
-from adaptive_ff.replay.following import SAMPLES, as_followed, doubts, motion_lead
-from adaptive_ff.replay.further_torque import FurtherTorque
-from adaptive_ff.replay.judging import Left
-from adaptive_ff.replay.parts import (
-    PART,
-    REFERENCE_POSITION,
-    REFERENCE_VELOCITY,
-    Part,
-    has_reference,
-    largest_reference,
-    split_log,
-)
-from adaptive_ff.replay.result import COLD, FIXED, NONE, SAVED, Replay
-from adaptive_ff.replay.runs import Runner, Tape
-from adaptive_ff.replay.settings import ReplaySettings, check_names
-from adaptive_ff.replay.state import carry_over, state_from_json
-from controllers import Controller
+from adaptive_ff.replay.learning import NOT_NEGATIVE, Learner, columns_of, initial_state, learn, make_learner
+from adaptive_ff.scenario.axis_units import of_linear
+from controllers.checks import check_numbers
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+NONE, FIXED, RECORDED, COLD, SAVED = "none", "fixed", "recorded", "adaptive", "adaptive_saved"
+"""Feedforwards: none; a fixed model; the machine's own; the adaptive one from a cold start, and from a saved state."""
 
 BAND = 20.0
 """Band in which the torque left is judged, Hz."""
 
-SHORTEST_PERIOD = 1e-30
-"""Least sample time that can be reckoned with, s."""
+MEMORY = 5.0
+"""Memory where none is given, s of sliding motion."""
 
-SHORTEST = 10
-"""Samples that a piece must have."""
+SLOW = 0.05
+"""Stribeck velocity where none is given, over the usual speed."""
+
+IDENTIFY = ("symmetric", "offset", "directions", "gravity", "directions_and_gravity")
+"""What may be learnt."""
+
+FEEDFORWARD = "feedforward"
+"""Name in ``Log.extra`` of the machine's own."""
+
+
+class Left(NamedTuple):
+    """Torque left to the feedback, rms in the band, N m: whole log, its second half, and while the joint moves."""
+
+    whole: float
+    second_half: float
+    moving: float
+
+
+class Series(NamedTuple):
+    """Series of a replay: time (s), torque and feedforwards in the band (N m), and estimates by name."""
+
+    time: Array
+    needed: Array
+    feedforward: dict[str, Array]
+    estimates: dict[str, dict[str, Array]]
+
+
+@dataclass(frozen=True, eq=False)
+class Replay:
+    """A log replayed.
+
+    Attributes
+    ----------
+    name : str
+        Where the log comes from.
+    linear, is_current : bool
+        Whether it is a linear axis, and whether its torque is a current.
+    settings : dict
+        What was assumed.
+    band : float
+        Band in which is judged, Hz.
+    samples, used : int
+        Samples of the log, and of those that were used.
+    skipped : list of Skipped
+        What of the log was not used, and why.
+    notes : list of str
+        What is to be known of the figures, a sentence each.
+    fixed : LogIdentification or None
+        The fixed model: the first half of the log identified.
+    left : dict of Left
+        Torque left by feedforward.
+    series : Series
+        Torques and estimates over time.
+    state : str
+        State at the end, for the next log.
+    """
+
+    name: str
+    linear: bool
+    is_current: bool
+    settings: dict[str, Any]
+    band: float
+    samples: int
+    used: int
+    skipped: list[Skipped]
+    notes: list[str]
+    fixed: LogIdentification | None
+    left: dict[str, Left]
+    series: Series
+    state: str
+
+    @property
+    def units(self) -> dict[str, str]:
+        """Units of the estimates, by name."""
+        names = next(iter(self.series.estimates.values()))
+        units = {name: unit_of(name) or "N m" for name in names}
+        units = {name: of_linear(unit) if self.linear else unit for name, unit in units.items()}
+        return of_current(units) if self.is_current else units
+
+    @property
+    def unit(self) -> str:
+        """Unit of torque: N m, N of a linear axis, or A."""
+        return self.units["coulomb"]
+
+    @property
+    def estimates(self) -> dict[str, dict[str, float]]:
+        """Estimates at the end, of each adaptive feedforward, by name."""
+        return {
+            which: {name: float(history[-1]) for name, history in histories.items()}
+            for which, histories in self.series.estimates.items()
+        }
+
+    def state_to_json(self) -> str:
+        """Return the state at the end, for the next log."""
+        return self.state
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return everything but the series as plain values."""
+        left = {
+            name: {key: value if math.isfinite(value) else None for key, value in one._asdict().items()}
+            for name, one in self.left.items()
+        }
+        return {
+            "log": self.name,
+            "left": left,
+            "unit": self.unit,
+            "band": self.band,
+            "settings": self.settings,
+            "fixed": None if self.fixed is None else self.fixed.best.values,
+            "estimates": self.estimates,
+            "samples": {"log": self.samples, "used": self.used},
+            "skipped": [skip._asdict() for skip in self.skipped],
+            "notes": self.notes,
+        }
+
+    def plot(self, folder: str | Path | None = None) -> "dict[str, Figure]":
+        """Draw the replay; write each picture as ``NAME.png`` where a folder is given."""
+        from adaptive_ff.report.replay_plots import plot_replay
+
+        return plot_replay(self, folder)
 
 
 def replay_log(
     log: Log,
     *,
-    fixed: TorqueModel | None = None,
+    inertia: float | None = None,
+    stribeck_velocity: float | None = None,
+    memory: float | None = None,
+    identify: str = "offset",
+    ripple_periods: tuple[float, ...] = (),
+    torque_delay: float | None = None,
     bandwidth: float | None = None,
     band: float = BAND,
     state: str | None = None,
     linear: bool = False,
     is_current: bool = False,
-    part: int = PART,
-    progress: Callable[[float], None] | None = None,
-    **given: Any,
 ) -> Replay:
     """Replay a log.
-
-    The adaptive controller sees, sample by sample, what it would have seen on the machine: the reference and
-    its next value, the measured velocity, and the torque that the drive gave. The torque of its own loop goes nowhere.
-    What it would have fed forward over the period that begins with the sample is compared with the torque of the log
-    over that period. Where the log has a defect, estimates are kept, and filters start anew behind it.
 
     Parameters
     ----------
     log : Log
-        The log, see :func:`adaptive_ff.logs.log.read_log`. In ``Log.extra`` it may have ``reference_velocity`` (rad/s)
-        or ``reference_position`` (rad), and ``feedforward`` (N m), the machine's own, with the stamps of the torque.
-        Without a reference the measured motion, filtered without delay, stands for it. A reference is taken when the
-        joint followed it, see :mod:`adaptive_ff.replay.following`.
-    fixed : TorqueModel, optional
-        The fixed model; by default the batch identification of the first half of the log.
+        The log; in ``Log.extra`` it may have ``feedforward`` (N m), the machine's own.
+    inertia : float, optional
+        Inertia that is assumed, kg m^2; learnt from nothing if not given.
+    stribeck_velocity : float, optional
+        Stribeck velocity that is assumed, rad/s; a twentieth of the usual speed if not given.
+    memory : float, optional
+        Memory, s of sliding motion.
+    identify : str, optional
+        What is learnt: ``symmetric``, ``offset``, ``directions``, ``gravity`` or ``directions_and_gravity``.
+    ripple_periods : tuple of float, optional
+        Periods of a torque over the position that is learnt, rad.
+    torque_delay : float, optional
+        Time after its stamp at which a torque acts, s.
     bandwidth : float, optional
-        Band of that identification, Hz; chosen from the motion by default.
+        Band in which the fixed model is fitted, Hz.
     band : float, optional
-        Band in which is judged, Hz: a filter without delay, for judging only; infinite for none.
+        Band in which is judged, Hz.
     state : str, optional
-        A state saved by :meth:`Replay.state_to_json`: the adaptive feedforward runs from it, too. Settings are then
-        those saved with it. What it knows of the inertia counts for little, as the posture may be another one.
-    linear : bool, optional
-        Whether the joint is a linear axis, in m and N.
-    is_current : bool, optional
-        Whether the torque of the log is a current, in A: estimates are then in A as well, as inertia in A s^2/rad (of
-        a linear axis A s^2/m).
-    part : int, optional
-        Samples that are worked on at once; the result does not depend on it.
-    progress : callable, optional
-        Is called with the share done, from 0 to 1.
-    **given : optional
-        Fields of :class:`ReplaySettings` but for the period, by name; for what is used where nothing is given see
-        :func:`adaptive_ff.replay.defaults.usual_settings`.
-
-    Returns
-    -------
-    Replay
-        The torque that each feedforward leaves, and their series.
+        State of an earlier replay, see :meth:`Replay.state_to_json`.
+    linear, is_current : bool, optional
+        Whether it is a linear axis, and whether the torque is a current.
 
     Raises
     ------
@@ -104,200 +211,221 @@ def replay_log(
         The log cannot be used, or an argument is out of range.
     """
     check_log("log", log)
-    check_names(given)
-    _check_arguments(log, band, given.get("motion_lead"))
-    if log.time.size < SHORTEST:
-        few = counted(log.time.size, "sample")
-        raise InputError(f"{log.name}: the log has {few}; there must be at least {SHORTEST}")
-    given_log = log
-    log, said, jumps = look_through(given_log, linear=linear)
-    pieces, skipped = usable_pieces(log, SHORTEST, jumps)
-    if not pieces:
-        raise InputError(f"{log.name}: no piece of {SHORTEST} samples is without defect{lacking_column(given_log)}")
-    period = _sample_time(log)
-    _check_bands(band, bandwidth, period, log.time.size)
-    check_delay(given.get("torque_delay") or 0.0)
-    saved = None
-    if state is not None:
-        settings, saved = state_from_json(state)
-        settings.check_fits(period, given)
-        carry_over(saved)
-        delay = settings.torque_delay
-    else:
-        delay = given.get("torque_delay") or 0.0
-    if fixed is None:
-        model, further, note = fit_fixed(log, bandwidth, delay, linear=linear)
-    else:
-        model, further, note = fixed, FurtherTorque(), "The fixed model is given."
-    judged = band if 2.0 * band * period < 1.0 else None
-    reference_band = min(band, 0.4 / period)
-    if saved is None:
-        largest = largest_reference(log, pieces, period, reference_band)
-        settings = usual_settings(Recorded(log, pieces, period, reference_band, largest), given, model, further, note)
-    _check_position(log, settings)
+    given = {"inertia": inertia, "stribeck_velocity": stribeck_velocity, "memory": memory, "band": band}
+    _check_arguments({**given, **{f"ripple_periods[{k}]": one for k, one in enumerate(ripple_periods)}}, identify)
+    check_delay(torque_delay or 0.0)
+    gravity = "gravity" in identify
+    if (gravity or ripple_periods) and log.position is None:
+        raise InputError(f"{log.name}: gravity and ripples are learnt over a position; the log has none")
+    nearest = 0.2 / float(np.median(np.abs(np.diff(log.time)))) if log.time.size > 1 else band
+    judged = min(band, nearest)
+    prepared = prepare(log, bandwidth=judged, torque_delay=torque_delay, linear=linear)
+    learner = make_learner(
+        fast=prepared.fast,
+        torque=float(np.std(prepared.torque)),
+        accelerated=float(np.std(np.concatenate([np.diff(rows.velocity) / rows.period for rows in prepared.rows]))),
+        inertia=inertia,
+        stribeck_velocity=stribeck_velocity or SLOW * prepared.fast,
+        directions="directions" in identify,
+        gravity=gravity,
+        offset=identify != "symmetric",
+        ripples=tuple(ripple_periods),
+    )
+    saved = None if state is None else _state_from_json(learner, state)
+    fixed, note = _fixed(log, bandwidth, torque_delay, linear=linear, is_current=is_current)
+    started = {COLD: initial_state(learner), **({} if saved is None else {SAVED: saved})}
+    parts = [_replayed(prepared, rows, learner, started, memory or MEMORY) for rows in prepared.rows]
+    fed = {name: [part[name] for part in parts] for name in started}
+    needed = [rows.torque for rows in prepared.rows]
+    others: dict[str, list[Array]] = {NONE: [np.zeros_like(one) for one in needed]}
+    if fixed is not None:
+        others[FIXED] = [_fixed_torque(fixed, prepared, rows) for rows in prepared.rows]
+    if FEEDFORWARD in log.extra:
+        others[RECORDED] = _recorded(prepared)
+    feeds = {**others, **{name: [one.torque for one in parts_of] for name, parts_of in fed.items()}}
+    left, series = _judged(
+        prepared, needed, feeds, {name: [one.estimates for one in parts_of] for name, parts_of in fed.items()}, learner
+    )
+    last = started.get(SAVED, started[COLD])
     notes = [
+        "Columns run along the measured motion, and a low-pass stands for the response of the loop: in its loop the "
+        "controller learns along its reference, from the error.",
         note,
-        *(sentence(words) for words in said),
-        *_notes(log, settings, given if saved is None else None, judged, reference_band),
+        *(f"{said[0].upper()}{said[1:]}." for said in prepared.said),
     ]
-    if saved is not None and has_reference(log):
-        notes += _other_lead(settings, motion_lead(log, pieces, period, reference_band))
-    runners = _runners(settings, model, saved, log.position is not None)
-    if FIXED in runners:
-        runners[FIXED].further = further
-    log = as_followed(log, pieces, settings.motion_lead)
-    notes += doubts(log, pieces, period, reference_band, linear=linear)
-    tape = Tape(log, runners, period, judged)
-    used = sum(piece.size for piece in pieces)
-    _run_tape(tape, split_log(log, pieces, settings, reference_band, part), used, progress)
-    left = tape.judge.result()
-    notes += worse_than_none(left)
-    notes += gravity_left_out(settings, runners)
+    worse = [name for name, torque in left.items() if torque.whole > left[NONE].whole]
+    if worse:
+        notes.append(
+            f"More torque than without any feedforward is left by {' and '.join(worse)}: another torque acts "
+            "on the joint (gravity, other axes), or signs or units are not those of the log."
+        )
     return Replay(
         name=log.name,
         linear=linear,
         is_current=is_current,
-        settings=settings,
+        settings={**given, "memory": memory or MEMORY, "identify": identify, "ripple_periods": list(ripple_periods)},
         band=judged,
-        samples=log.time.size,
-        used=used,
-        skipped=skipped,
+        samples=prepared.log.time.size,
+        used=prepared.used,
+        skipped=prepared.skipped,
         notes=notes,
-        fixed=model,
+        fixed=fixed,
         left=left,
-        series=tape.series(),
-        controllers=tape.adaptive(),
+        series=series,
+        state=_state_to_json(learner, last),
     )
 
 
-def _check_position(log: Log, settings: ReplaySettings) -> None:
-    """Raise ``InputError`` for what is identified over a position that the log has not."""
-    if log.position is not None:
-        return
-    if has_gravity(IDENTIFIED[settings.identify]):
-        raise InputError(f"identify = {settings.identify!r} is not allowed: {log.name} has no position")
-    if settings.ripple_periods:
-        raise InputError(f"ripple_periods = {settings.ripple_periods} is not allowed: {log.name} has no position")
+class _Fed(NamedTuple):
+    """Torque that was fed along a segment, and the estimates before each sample."""
+
+    torque: Array
+    estimates: Array
 
 
-def _sample_time(log: Log) -> float:
-    """Return the sample time of a log, s, or raise ``InputError`` where nothing can be reckoned with it."""
-    period = median_step(log)
-    if not SHORTEST_PERIOD <= period <= 1.0 / SHORTEST_PERIOD:
-        allowed = f"it must be from {SHORTEST_PERIOD:g} to {1.0 / SHORTEST_PERIOD:g}"
-        raise InputError(f"{log.name}: the sample time is {period:.3g} s; {allowed}")
-    return period
+def _replayed(
+    prepared: Prepared, rows: Rows, learner: Learner, states: dict[str, RLSState], memory: float
+) -> dict[str, _Fed]:
+    """Learn along a segment, in the states given, and feed what was learnt before each sample."""
+    slow = max(0.01 * prepared.fast, 3.0 * rows.noise)
+    columns = columns_of(learner, rows, slow)
+    response = signal.butter(2, min(prepared.band, 0.4 / rows.period), fs=1.0 / rows.period, output="sos")
+    start = signal.sosfilt_zi(response)[:, :, np.newaxis]
+    seen = signal.sosfilt(response, columns, axis=0, zi=start * columns[0])[0]
+    torque = signal.sosfilt(response, rows.torque, zi=start[:, :, 0] * rows.torque[0])[0]
+    still = (np.abs(rows.velocity) < slow).astype(float)
+    slides = signal.sosfilt(response, still, zi=start[:, :, 0] * still[0])[0] < 0.2
+    held = np.concatenate([torque[:1], torque[:-1]])  # at standstill friction is what the joint was seen to hold
+    bounded = [learner.names.index(name) for name in NOT_NEGATIVE]
+    found = {}
+    for name, state in states.items():
+        estimates = learn(learner, state, seen, torque, slides, rows.period, memory)
+        taken = estimates.copy()
+        taken[:, bounded] = np.maximum(taken[:, bounded], 0.0)
+        fed = np.sum(columns * taken, axis=1)
+        found[name] = _Fed(np.where((still > 0.0) & ~slides, held, fed), estimates)
+    return found
 
 
-def _check_bands(band: float, bandwidth: float | None, period: float, samples: int) -> None:
-    """Raise ``InputError`` for a band of which a log holds no cycle to judge, and for one that is none to fit in."""
-    if band * period * samples < 1.0:
-        least = f"it must be at least that of one cycle in the log, {1.0 / (period * samples):.3g} Hz"
-        raise InputError(f"band = {band:g} Hz is not allowed: {least}")
-    if bandwidth is not None:
-        check_bandwidth(bandwidth, period)
+def _judged(
+    prepared: Prepared,
+    needed: list[Array],
+    feeds: dict[str, list[Array]],
+    estimates: dict[str, list[Array]],
+    learner: Learner,
+) -> tuple[dict[str, Left], Series]:
+    """Return what each feedforward leaves in the band, and the series."""
+    rows = prepared.rows
+    inner = [slice(int(one.kept[0]), int(one.kept[-1]) + 1) for one in rows]
+
+    def joined(parts: list[Array]) -> Array:
+        return np.concatenate([one.narrow(part)[cut] for one, part, cut in zip(rows, parts, inner, strict=True)])
+
+    torque = joined(needed)
+    shown = {name: joined(parts) for name, parts in feeds.items()}
+    moves = np.concatenate(
+        [np.abs(one.velocity[cut]) > 0.01 * prepared.fast for one, cut in zip(rows, inner, strict=True)]
+    )
+    second = np.arange(torque.size) >= torque.size // 2
+    left = {}
+    for name, fed in shown.items():
+        rest = torque - fed
+        left[name] = Left(*(_rms(rest[mask]) for mask in (slice(None), second, moves)))
+    histories = {}
+    for which, parts in estimates.items():
+        values = np.vstack([part[cut] for part, cut in zip(parts, inner, strict=True)])
+        hidden = ("lag_slope", "velocity_slope")
+        histories[which] = {name: values[:, k] for k, name in enumerate(learner.names) if name not in hidden}
+    time = np.concatenate([one.time[cut] for one, cut in zip(rows, inner, strict=True)])
+    return left, Series(time, torque, shown, histories)
 
 
-def _run_tape(tape: Tape, parts: Iterable[Part], used: int, progress: Callable[[float], None] | None) -> None:
-    """Run over all parts of a log, with so many samples together, and say which share of them is done."""
-    done = 0
-    for part in parts:
-        tape.run(part)
-        done += part.time.size
-        if progress is not None:
-            progress(done / used)
+def _rms(values: Array) -> float:
+    return float(np.sqrt(np.mean(values**2))) if values.size else math.nan
 
 
-def gravity_left_out(settings: ReplaySettings, runners: Mapping[str, Runner]) -> list[str]:
-    """Say that the adaptive feedforward does not identify the gravity that the fixed one has."""
-    fixed = runners.get(FIXED)
-    if fixed is None or not fixed.further.has_gravity or has_gravity(IDENTIFIED[settings.identify]):
-        return []
-    return ["The adaptive feedforward does not identify gravity, as the log asks for: give identify = gravity."]
+def _fixed(
+    log: Log, bandwidth: float | None, delay: float | None, *, linear: bool, is_current: bool
+) -> tuple[LogIdentification | None, str]:
+    """Return the first half of a log identified, and a sentence on it."""
+    half = log.part(slice(None, log.time.size // 2))
+    try:
+        found = identify_log(half, bandwidth=bandwidth, torque_delay=delay, linear=linear, is_current=is_current)
+    except InputError as error:
+        return None, f"There is no fixed model: of the first half, {str(error).removeprefix(log.name + ': ')}."
+    return found, f"The fixed model is that of identify, of the first half, in a band of {found.bandwidth:.3g} Hz."
 
 
-def worse_than_none(left: Mapping[str, Left]) -> list[str]:
-    """Return a sentence that names the feedforwards which leave more torque than none, if any does."""
-    worse = [name for name, torque in left.items() if torque.whole > left[NONE].whole]
-    if not worse:
-        return []
-    return [
-        f"More torque than without any feedforward is left by {' and '.join(worse)}: another torque acts on the joint "
-        "(gravity, other axes), or signs or units are not those of the log."
-    ]
+def _fixed_torque(found: LogIdentification, prepared: Prepared, rows: Rows) -> Array:
+    """Return the torque of the fixed model along a segment."""
+    everywhere = np.ones(rows.velocity.size, dtype=np.bool_)
+    open_rows = rows._replace(kept=np.arange(rows.velocity.size), slides=everywhere, narrow=_Open())  # type: ignore[arg-type]
+    data = Data(prepared._replace(rows=[open_rows]), Map(), not found.linear)
+    names = tuple(name for name in found.best.model.names if name != "torque_delay")
+    return np.asarray(data.columns(names, found.best.model.shape) @ [found.best.values[name] for name in names])
 
 
-def _check_arguments(log: Log, band: float, lead: float | None) -> None:
-    if not band > 0.0:
-        raise InputError(f"band = {band:g} Hz is not allowed: it must be positive")
-    if REFERENCE_VELOCITY in log.extra and REFERENCE_POSITION in log.extra:
-        raise InputError(f"{log.name}: {REFERENCE_VELOCITY} and {REFERENCE_POSITION} are both given; give one of them")
-    if lead and not has_reference(log):
+class _Open:
+    """A filter that lets everything pass."""
+
+    def __call__(self, values: Array) -> Array:
+        return values
+
+
+def _recorded(prepared: Prepared) -> list[Array]:
+    """Return the machine's own feedforward at the samples of each segment."""
+    recorded = prepared.log.extra[FEEDFORWARD]
+    finite = np.isfinite(recorded)
+    result = []
+    for rows in prepared.rows:
+        segment = np.interp(rows.time, prepared.log.time[finite], recorded[finite])
+        result.append(segment)
+    return result
+
+
+def _check_arguments(numbers: dict[str, float | None], identify: str) -> None:
+    for name, value in numbers.items():
+        if value is None:
+            continue
+        check_numbers(**{name.partition("[")[0]: value})
+        if not (math.isfinite(value) and value > 0.0):
+            raise InputError(f"{name} = {value:g} is not allowed: it must be positive and finite")
+    if identify not in IDENTIFY:
+        raise InputError(f"identify = {identify!r} is not allowed: it must be one of {', '.join(IDENTIFY)}")
+
+
+def _state_to_json(learner: Learner, state: RLSState) -> str:
+    estimate = learner.first + state.estimate * learner.deviation
+    covariance = state.covariance * np.outer(learner.deviation, learner.deviation)
+    content = {"replay": list(learner.names), "estimate": estimate.tolist(), "covariance": covariance.tolist()}
+    return json.dumps(content)
+
+
+def _state_from_json(learner: Learner, text: str) -> RLSState:
+    """Return a saved state in the units of a learner.
+
+    Raises
+    ------
+    InputError
+        It is none, or one of other parameters.
+    """
+    try:
+        content = json.loads(text)
+        names = tuple(content["replay"])
+        estimate, covariance = (np.array(content[key], dtype=float) for key in ("estimate", "covariance"))
+    except (ValueError, KeyError, TypeError, RecursionError) as error:
+        raise InputError(f"is no saved state of a replay: {error}") from error
+    size = len(learner.names)
+    if names != learner.names or estimate.shape != (size,) or covariance.shape != (size, size):
         raise InputError(
-            f"{log.name}: motion_lead = {lead:g} s is not allowed without a reference: it must be zero or not given"
+            f"the saved state is of {', '.join(map(str, names))}; identify and ripple_periods must be alike"
         )
+    if not (np.all(np.isfinite(estimate)) and np.all(np.isfinite(covariance))):
+        raise InputError("the saved state holds values that are no finite numbers")
+    units = np.where(learner.deviation > 0.0, learner.deviation, 1.0)
+    return RLSState((estimate - learner.first) / units, covariance / np.outer(units, units), np.zeros(size))
 
 
-def _notes(
-    log: Log,
-    settings: ReplaySettings,
-    given: Mapping[str, Any] | None,
-    judged: float | None,
-    reference_band: float,
-) -> list[str]:
-    """Return what is to be known of the figures."""
-    notes = []
-    if given is None:
-        notes.append("Settings of the adaptive controller are those of the saved state.")
-    else:
-        chosen = [name for name in FROM_LOG if given.get(name) is None]
-        if chosen:
-            known = [name for name in chosen if getattr(settings, name) is not None]
-            shown = ", ".join(f"{name} {getattr(settings, name):.3g}" for name in known)
-            notes.append(
-                f"Not given, but taken from the log, which a running machine does not have beforehand: {shown}."
-            )
-    if not has_reference(log):
-        notes.append(
-            f"The log has no reference: the measured motion stands for it, filtered without delay in a band of "
-            f"{reference_band:.3g} Hz, so the feedforward knows what the machine could not know."
-        )
-    elif settings.motion_lead != 0.0:
-        notes.append(
-            f"The motion is {_ahead(settings.motion_lead)} the recorded reference, which is taken when it was "
-            "followed; a feedforward of the machine's own is judged as it was recorded."
-        )
-    if judged is None:
-        notes.append("The sample time is too long for the band: torques are judged at all frequencies.")
-    return notes
-
-
-def _ahead(lead: float) -> str:
-    return f"{1e3 * abs(lead):.3g} ms {'ahead of' if lead > 0.0 else 'behind'}"
-
-
-def _other_lead(settings: ReplaySettings, own: float) -> list[str]:
-    """Return a sentence where the motion of a log alone says another time than the saved one."""
-    if abs(own - settings.motion_lead) < SAMPLES * settings.period:
-        return []
-    found = (
-        f"its motion is {_ahead(own)} its reference" if own != 0.0 else "no time between motion and reference is seen"
-    )
-    return [
-        f"In this log {found}, but motion_lead is {settings.motion_lead:.3g} s, as it was saved; more torque may be "
-        "left for it."
-    ]
-
-
-def _runners(
-    settings: ReplaySettings, model: TorqueModel | None, saved: UnsupervisedController | None, is_position: bool
-) -> dict[str, Runner]:
-    """Return the controllers that watch, by the name of their feedforward."""
-    controllers: dict[str, Controller] = {}
-    if model is not None:
-        controllers[FIXED] = ModelBased(*settings.gains, settings.period, model)
-    controllers[COLD] = settings.controller()
-    if saved is not None:
-        controllers[SAVED] = saved
-    observer = settings.observer(is_position=is_position)
-    return {name: Runner(controller, observer) for name, controller in controllers.items()}
+def read_state(path: Path) -> str:
+    """Return the text of a file with a saved state."""
+    return read_text(path, "cannot be read")

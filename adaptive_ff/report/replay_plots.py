@@ -8,8 +8,7 @@ from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from adaptive_ff.logs.derivatives import Array
-from adaptive_ff.replay.result import COLD, FIXED, RECORDED, SAVED, Replay
+from adaptive_ff.replay.replay import COLD, FIXED, RECORDED, SAVED, Replay
 from adaptive_ff.report.drawing import (
     STYLE,
     Look,
@@ -59,24 +58,28 @@ def plot_replay(replay: Replay, folder: str | Path | None = None) -> dict[str, F
 
 
 def _torques(replay: Replay) -> Figure:
-    series, time = replay.series, elapsed(replay.series.time)
+    series, time = replay.series, replay.series.time
     names = [name for name in LOOKS if name in series.feedforward]
     figure, panels = make_panels(1 + 2 * len(names), 2.2 + 2.2 * len(names), shared=False)
     whole, near, left = panels[0], panels[1 : 1 + len(names)], panels[1 + len(names) :]
-    _draw(whole, time, series.needed, NEEDED)
+    draw_series(whole, time, series.needed, NEEDED)
     start, stop = _close_up(time, series.needed)
     whole.axvspan(start, stop, color="#ececec", zorder=0.4)
-    band = "" if replay.band is None else f", band {replay.band:.3g} Hz"
-    label_above(whole, f"{Path(replay.name).name}: torque that was needed ({replay.unit}){band}; shaded: the close-up")
+    label_above(
+        whole,
+        f"{Path(replay.name).name}: torque that was needed ({replay.unit}), band {replay.band:.3g} Hz; "
+        "shaded: the close-up",
+    )
     for name, axes in zip(names, near, strict=True):
-        _draw(axes, time, series.needed, NEEDED)
-        _draw(axes, time, series.feedforward[name], LOOKS[name])
+        draw_series(axes, time, series.needed, NEEDED)
+        draw_series(axes, time, series.feedforward[name], LOOKS[name])
         axes.set_xlim(start, stop)
         label_above(axes, f"close-up ({replay.unit}): {LOOKS[name]['label']}")
+    rest = {name: series.needed - series.feedforward[name] for name in names}
     for name, axes in zip(names, left, strict=True):
-        _draw(axes, time, series.left[name], LOOKS[name])
+        draw_series(axes, time, rest[name], LOOKS[name])
         label_above(axes, f"torque left to the feedback ({replay.unit}): {LOOKS[name]['label']}")
-        _limit(axes, [series.left[other] for other in names])
+        _limit(axes, list(rest.values()))
     for axes in (whole, *left):
         axes.set_xlim(float(time[0]), float(time[-1]))
     panels[-1].set_xlabel("time (s)")
@@ -84,49 +87,24 @@ def _torques(replay: Replay) -> Figure:
     return figure
 
 
-def elapsed(time: Series) -> Series:
-    """Return times that ascend: where a clock jumps back or is unknown, it goes on by its usual step."""
-    with np.errstate(invalid="ignore"):
-        steps = np.diff(time)
-    forward = steps[np.isfinite(steps) & (steps > 0.0)]
-    usual = float(np.median(forward)) if forward.size else 1.0
-    start = float(time[0]) if np.isfinite(time[0]) else 0.0
-    return np.concatenate([[start], start + np.cumsum(np.where((steps > 0.0) & np.isfinite(steps), steps, usual))])
-
-
-def _draw(axes: Axes, time: Series, extremes: Array, look: Look) -> None:
-    """Draw both ends of each bin in turn; of bins of one sample they are the same."""
-    low, high = extremes
-    if np.array_equal(low, high, equal_nan=True):
-        draw_series(axes, time, low, look)
-    else:
-        draw_series(axes, np.repeat(time, 2), extremes.T.ravel(), look)
-
-
-def _close_up(time: Series, needed: Array) -> tuple[float, float]:
+def _close_up(time: Series, needed: Series) -> tuple[float, float]:
     """Return a stretch around the place where the torque changes most."""
-    mean = np.mean(needed, axis=0)
-    reach = max(1, mean.size // 400)
-    change = np.abs(mean[reach:] - mean[:-reach])
-    place = int(np.nanargmax(change)) + reach // 2 if np.any(np.isfinite(change)) else mean.size // 2
+    reach = max(1, needed.size // 400)
+    place = int(np.argmax(np.abs(needed[reach:] - needed[:-reach]))) + reach // 2
     half = 0.5 * CLOSE_UP * float(time[-1] - time[0])
     start = min(max(float(time[place]) - half, float(time[0])), float(time[-1]) - 2.0 * half)
     return start, start + 2.0 * half
 
 
-def _limit(axes: Axes, series: Sequence[Array]) -> None:
+def _limit(axes: Axes, series: Sequence[Series]) -> None:
     """Keep a few peaks from pressing the rest flat."""
-    values = np.concatenate([np.abs(part).ravel() for part in series])
-    values = values[np.isfinite(values)]
-    if values.size:
-        limit = 1.3 * float(np.quantile(values, 0.998))
-        if limit > 0.0:
-            axes.set_ylim(-limit, limit)
+    limit = 1.3 * float(np.quantile(np.abs(np.concatenate(series)), 0.998))
+    if limit > 0.0:
+        axes.set_ylim(-limit, limit)
 
 
 def _estimates(replay: Replay) -> Figure:
-    time = elapsed(replay.series.time)
-    histories = replay.series.estimates
+    time, histories = replay.series.time, replay.series.estimates
     names = list(next(iter(histories.values())))
     figure, panels = make_panels(len(names), 1.1 * len(names) + 0.8)
     for axes, name in zip(panels, names, strict=True):

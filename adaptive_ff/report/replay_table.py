@@ -5,7 +5,7 @@ import math
 from rich.box import SIMPLE
 from rich.table import Table
 
-from adaptive_ff.replay.result import COLD, FIXED, NONE, RECORDED, SAVED, Replay
+from adaptive_ff.replay.replay import COLD, FIXED, NONE, RECORDED, SAVED, Replay
 
 WORDS = {
     NONE: "none",
@@ -18,10 +18,10 @@ WORDS = {
 
 def left_table(replay: Replay) -> Table:
     """Return the torque left by each feedforward, one a row."""
-    band = "at all frequencies" if replay.band is None else f"in a band of {replay.band:.3g} Hz"
+    band = f"in a band of {replay.band:.3g} Hz"
     table = Table(title=f"Torque left to the feedback, rms in {replay.unit}, {band}", box=SIMPLE, title_style="bold")
     table.add_column("feedforward", no_wrap=True)
-    for heading in ("whole log", "second half", "reference moves"):
+    for heading in ("whole log", "second half", "joint moves"):
         table.add_column(heading, justify="right")
     for name, words in WORDS.items():
         if name in replay.left:

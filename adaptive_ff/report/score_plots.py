@@ -5,7 +5,7 @@ from pathlib import Path
 from matplotlib import rc_context
 from matplotlib.figure import Figure
 
-from adaptive_ff.identify.open_loop.score import Score
+from adaptive_ff.identify.score import Score
 from adaptive_ff.report.drawing import (
     STYLE,
     Look,
@@ -38,3 +38,27 @@ def plot_score(score: Score, folder: str | Path | None = None) -> dict[str, Figu
         stamp([figure], f"{score.tested}, trained on {score.trained}")
         write_into({"score": figure}, folder)
     return {"score": figure}
+
+
+SAYS = {
+    "follows": "the model follows the joint",
+    "drifts": "the model drifts away from the joint within seconds, as open loop does where little holds a position",
+    "does not follow": "the model does not follow the joint",
+}
+"""Verdicts in words."""
+
+
+def score_lines(score: Score) -> list[str]:
+    """Return what an open-loop score says, a sentence each."""
+    unit = "mm" if score.linear else "mrad"
+    whole, windows, moved, training, close = (
+        f"{1e3 * value:.3g} {unit}"
+        for value in (score.rms, score.windows, score.moved, score.training_rms, score.training_windows)
+    )
+    return [
+        f"Open loop on {score.tested}: {whole} rms, fit {score.fit:.4g} %; in windows of 1 s "
+        f"{windows} of the {moved} moved.",
+        f"On the log that was identified: {training}; in windows {close}. Torque left on the other: "
+        f"{100.0 * score.torque_left:.2g} %.",
+        f"Verdict: {SAYS[score.grade]}.",
+    ]

@@ -15,7 +15,7 @@ from adaptive_ff.comparison.registry import CONTROLLERS, loop_of
 from adaptive_ff.comparison.run import simulate
 from adaptive_ff.errors import InputError
 from adaptive_ff.identify.result import LogIdentification
-from adaptive_ff.identify.words.scenario_text import scenario_text
+from adaptive_ff.identify.scenario_text import scenario_text
 from adaptive_ff.scenario.scenario import Scenario
 from adaptive_ff.studies.bandwidth_study import BandwidthStudy, study_bandwidths
 from adaptive_ff.studies.exciting_motion import exciting_motion, with_motion

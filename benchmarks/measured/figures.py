@@ -2,12 +2,11 @@
 
 from pathlib import Path
 
-import numpy as np
 from matplotlib import rc_context
 
-from adaptive_ff.replay.result import COLD, SAVED
+from adaptive_ff.replay.replay import COLD, SAVED
 from adaptive_ff.report.drawing import STYLE, draw_series, explain_looks, label_above, make_panels, write_figure
-from adaptive_ff.report.replay_plots import LOOKS, NEEDED, elapsed
+from adaptive_ff.report.replay_plots import LOOKS, NEEDED
 from benchmarks.measured.results import Result
 
 
@@ -21,11 +20,11 @@ def draw_machine(results: list[Result], path: Path) -> None:
             names = [name for name in LOOKS if name in replay.left and not (name == COLD and SAVED in replay.left)]
             used += [name for name in names if name not in used]
             whole, left = panels[2 * place : 2 * place + 2]
-            time = elapsed(replay.series.time)
-            draw_series(whole, time, np.mean(replay.series.needed, axis=0), NEEDED)
+            time = replay.series.time
+            draw_series(whole, time, replay.series.needed, NEEDED)
             for name in names:
-                draw_series(whole, time, np.mean(replay.series.feedforward[name], axis=0), LOOKS[name])
-                draw_series(left, time, np.mean(replay.series.left[name], axis=0), LOOKS[name])
+                draw_series(whole, time, replay.series.feedforward[name], LOOKS[name])
+                draw_series(left, time, replay.series.needed - replay.series.feedforward[name], LOOKS[name])
             label_above(whole, f"{result.job.name}, {result.job.records[-1]}: torque and feedforward ({replay.unit})")
             label_above(left, f"torque left to the feedback ({replay.unit})")
             for axes in (whole, left):

@@ -1,7 +1,6 @@
 """An identified joint in the closed loop of ``compare``, along the reference that its machine was given."""
 
 import tempfile
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -9,15 +8,14 @@ import numpy as np
 from adaptive_ff import Comparison, compare, load_scenario
 from adaptive_ff.files import write_csv
 from adaptive_ff.identify.result import LogIdentification
-from adaptive_ff.identify.rows.recorded_reference import Reference
-from adaptive_ff.identify.words.scenario_text import reference_columns, scenario_text
+from adaptive_ff.identify.scenario_text import joined_ends, scenario_text
 from adaptive_ff.logs.log import Log
 
 ASSUMED = (
     "Assumed in the closed loops: a PI loop of 10 Hz, designed for the identified inertia, which every controller "
     "assumes as well; where the log does not identify them, stiction as Coulomb friction and a Stribeck velocity of "
-    "0.05 of the largest speed; a sensor of velocity, as noisy as the log's velocity; the same friction in both "
-    "directions, no offset; a drive without limit; the reference repeats until 60 s."
+    "0.05 of the largest speed; a sensor of velocity, as noisy as the log's velocity; a drive without limit; the "
+    "reference repeats until 60 s."
 )
 
 
@@ -27,10 +25,8 @@ def simulate_identified(found: LogIdentification, log: Log) -> Comparison:
         velocity = log.extra["reference_velocity"]
     else:
         velocity = np.gradient(log.extra["reference_position"], log.time)
-    reference = Reference(log.time - log.time[0], velocity, found.reference.noise, found.reference.start)
-    given = replace(found, reference=reference)
     with tempfile.TemporaryDirectory() as folder:
-        write_csv(Path(folder) / "reference.csv", reference_columns(given))
+        write_csv(Path(folder) / "reference.csv", joined_ends(log.time - log.time[0], velocity))
         scenario = Path(folder) / "scenario.toml"
-        scenario.write_text(scenario_text(given, "reference.csv"), encoding="utf-8")
+        scenario.write_text(scenario_text(found, "reference.csv"), encoding="utf-8")
         return compare(load_scenario(scenario))

@@ -65,7 +65,7 @@ def replay_in_process(path: Path) -> dict[str, Any]:
         "app(sys.argv[1:], standalone_mode=False)\n"
         "print(json.dumps(peak_memory()))\n"
     )
-    options = ["--reference-velocity", "velocity", "--out", str(path.parent / "out")]
+    options = ["--out", str(path.parent / "out")]
     begin = time.perf_counter()
     done = subprocess.run(
         [sys.executable, "-c", code, "replay", str(path), *options],

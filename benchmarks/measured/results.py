@@ -9,10 +9,9 @@ from rich.table import Table
 
 from adaptive_ff import Comparison
 from adaptive_ff.identify.identification import identify_log
-from adaptive_ff.identify.open_loop.score import Score, score_log
 from adaptive_ff.identify.result import LogIdentification
-from adaptive_ff.replay.replay import replay_log
-from adaptive_ff.replay.result import Replay
+from adaptive_ff.identify.score import Score, score_log
+from adaptive_ff.replay.replay import Replay, replay_log
 from benchmarks.measured.identified_joint import simulate_identified
 from benchmarks.measured.machines import Job
 
@@ -67,10 +66,12 @@ def measure(job: Job, data: Path) -> Result:
     """Identify a joint, replay its logs and simulate it."""
     logs = [job.read(data, record) for record in job.records]
     other = logs[1] if len(logs) > 1 else None
-    found = identify_log(logs[0], held_out=job.held_out, validation=other, linear=job.linear)
+    found = identify_log(
+        logs[0], held_out=0.0 if other is not None else job.held_out, validation=other, linear=job.linear
+    )
     replays = [replay_log(logs[0], linear=job.linear, **job.settings)]
     if other is not None:
-        replays.append(replay_log(other, linear=job.linear, state=replays[0].state_to_json()))
+        replays.append(replay_log(other, linear=job.linear, state=replays[0].state_to_json(), **job.settings))
     loop = simulate_identified(found, logs[0]) if job.simulated else None
     score = score_log(logs[0], logs[1], linear=job.linear) if job.scored else None
     return Result(job, found, replays, loop, score)
@@ -80,13 +81,11 @@ def score_sentence(result: Result) -> str:
     """Return what the open-loop simulation of the second log came to."""
     score = result.score
     assert score is not None
-    unit, best = "mm" if score.linear else "mrad", score.chosen
+    unit = "mm" if score.linear else "mrad"
     return (
-        f"{result.job.name}: open loop, trained on {result.job.records[0]} (mean of {len(best.structures)} models, "
-        f"viscous friction by direction in {best.by_direction:.0%} of it, {best.parameters:.3g} parameters in effect, "
-        f"{1e3 * best.error:.3g} {unit} rms on what was held out), "
-        f"{result.job.records[1]} from its torque: {1e3 * score.rms:.3g} {unit} rms, "
-        f"{1e3 * score.windows:.3g} {unit} in windows of 1 s. {score.explanation}"
+        f"{result.job.name}: open loop, identified on {result.job.records[0]}, "
+        f"{result.job.records[1]} from its torque: "
+        f"{1e3 * score.rms:.3g} {unit} rms, {1e3 * score.windows:.3g} {unit} in windows of 1 s."
     )
 
 
@@ -94,7 +93,7 @@ def results_table(results: list[Result]) -> Table:
     """Return one row for each log."""
     table = Table(
         title="Identification: torque left unexplained. Replay: torque left to the feedback, rms in N m (N), 20 Hz, "
-        "whole log | its second half | while the reference moves. Closed loop: settled error of "
+        "whole log | its second half | while the joint moves. Closed loop: settled error of "
         "pi | pi_inertia | oracle over that of adaptive.",
         box=SIMPLE,
         title_style="bold",
@@ -105,12 +104,11 @@ def results_table(results: list[Result]) -> Table:
         for place, (record, replay) in enumerate(zip(result.job.records, result.replays, strict=True)):
             first = place == 0
             found, loop = result.found, result.closed_loop
-            valid = found.validation
             name = Path(record).stem.removeprefix("trajectory_").removeprefix("DATA_")
             table.add_row(
                 f"{result.job.name} {name}" if len(result.job.records) > 1 else result.job.name,
-                f"{100.0 * found.fit.relative_error:.1f} %" if first else "",
-                f"{100.0 * valid.relative_error:.1f} %" if first and valid is not None else "",
+                f"{100.0 * found.best.left:.1f} %" if first else "",
+                f"{100.0 * found.validation:.1f} %" if first and found.validation is not None else "",
                 *(_shown(replay, name) for name in COLUMNS),
                 _improvements(loop) if first and loop is not None else "",
             )

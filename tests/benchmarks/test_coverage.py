@@ -1,42 +1,32 @@
 """The synthetic logs on which the intervals of ``identify`` are counted."""
 
+import json
+
+import numpy as np
 import pytest
+import typer
+from typer.testing import CliRunner
 
-from adaptive_ff.identify.identification import identify_log
-from adaptive_ff.identify.terms import SATURATIONS
-from benchmarks.coverage import examine, flag_sentence, make_case
-from benchmarks.coverage_told import fit_told
-
-UNTOLD = 406
-"""Seed of a log whose friction saturates, in a shape and at a bend that it does not tell."""
+from benchmarks.coverage import main
+from benchmarks.drawn_logs import make_case
 
 
-@pytest.fixture(scope="module")
-def case():
-    return make_case(UNTOLD)
+@pytest.mark.parametrize("seed", [2, 3, 8, 11])
+def test_records_of_a_joint_share_it_but_not_their_motion(seed):
+    one, other = (make_case(seed, record=record) for record in (0, 1))
+    assert one.truth["inertia"] == other.truth["inertia"]
+    assert one.kind == other.kind
+    assert not np.array_equal(one.log.position[:100], other.log.position[:100])
+    again = make_case(seed)
+    assert np.array_equal(again.log.torque, one.log.torque)
 
 
-def test_viscous_friction_that_shapes_of_saturation_make_vague_is_said_to_be_confounded_with_them(case):
-    found = identify_log(case.log, held_out=0.0)
-    chosen = set(found.selection.chosen.terms) & set(SATURATIONS)
-    assert chosen
-    assert set(found.parameters["viscous"].confounded) >= chosen
-    assert found.parameters["inertia"].confounded == ()
-    lower, upper = found.selection.ends(found.selection.chosen, "viscous")
-    fitted = found.selection.chosen.estimate("viscous")
-    assert upper - lower > 3.0 * (fitted.upper - fitted.lower)  # the fit alone knows of one shape only
-
-
-def test_the_shape_that_fits_best_states_more_than_the_log_tells(case):
-    fitted = fit_told(case)
-    assert set(fitted.terms) & set(SATURATIONS)
-    lower, upper = fitted.estimate("viscous")[2:]
-    assert not lower < case.truth["viscous"] < upper  # the true shape is none of those identified
-    assert examine(case)["viscous"]["covers"]
-
-
-def test_what_is_flagged_is_counted_by_the_half_width_over_the_value(case):
-    result = examine(case)
-    assert result["viscous"]["flagged"]
-    assert 0.25 < result["viscous"]["vague"] < 0.5
-    assert "100.0 % from 25 % of the value on, 0.0 % from 50 %" in flag_sentence([result])
+def test_command_prints_a_table_and_writes_the_results(tmp_path):
+    app = typer.Typer()
+    app.command()(main)
+    arguments = ["--logs", "4", "--first", "300", "--workers", "1", "--json", str(tmp_path / "found.json")]
+    result = CliRunner().invoke(app, arguments)
+    assert result.exit_code == 0, result.output
+    assert "other physics: 2 logs" in result.output
+    written = json.loads((tmp_path / "found.json").read_text(encoding="utf-8"))["logs"]
+    assert [len(pair) for pair in written] == [2, 2]

@@ -102,7 +102,7 @@ def test_option_of_identify_is_named_and_not_the_log(tmp_path, refused):
     asked = ("identify", "log.csv", "--position", "q", "--torque", "u")
     line = refused(*asked, "--torque-constant", "0")
     assert line == "--torque-constant = 0 is not allowed: it must be finite and not zero"
-    assert refused(*asked, "--model", "foo").startswith("model = 'foo' is not allowed: it must be auto or one of")
+    assert refused(*asked, "--model", "foo").startswith("model = 'foo' is not allowed: it must be one of auto")
 
 
 @pytest.mark.parametrize(("returned", "shown"), [("'x'", "'x'"), ("float('nan')", "nan"), ("None", "None")])

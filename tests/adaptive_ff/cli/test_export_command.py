@@ -3,8 +3,6 @@
 from command_line import refusal, run_command_line
 from exports import inputs, made, steps_in_python
 
-from adaptive_ff.replay.settings import ReplaySettings
-from adaptive_ff.replay.state import state_to_json
 from adaptive_ff.scenario.new import new_scenario_text
 
 
@@ -69,15 +67,10 @@ def test_refusals_name_what_is_wrong_and_write_nothing(tmp_path):
     assert file.read_text() == ""
 
 
-def test_a_replays_state_brings_its_settings(tmp_path):
-    settings = ReplaySettings(period=0.01, inertia=20.0, stribeck_velocity=0.05, loop_bandwidth=10.0, rest_speed=0.005)
-    (tmp_path / "state.json").write_text(state_to_json(settings, settings.controller()))
-    state = ("--state", tmp_path / "state.json")
-    assert run_command_line("export", *state, "--out", tmp_path / "out").status == 0
-    assert "not allowed with" in refusal("export", *state, "--controller", "pi", "--out", tmp_path / "other")
-    (tmp_path / "scenario.toml").write_text("duration = 1.0\n")
-    assert "not both" in refusal("export", tmp_path / "scenario.toml", *state, "--out", tmp_path / "other")
-    assert not (tmp_path / "other").exists()
+def test_a_replays_state_is_refused_with_what_to_give(tmp_path):
+    (tmp_path / "state.json").write_text('{"replay": ["inertia"]}')
+    said = refusal("export", "--state", tmp_path / "state.json", "--out", tmp_path / "out")
+    assert "is the state of a replay, not of a controller; identify the log, and give its scenario.toml" in said
 
 
 def test_a_scenario_without_a_limit_of_the_drive_is_exported_without_one(tmp_path):

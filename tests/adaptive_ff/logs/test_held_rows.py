@@ -50,9 +50,9 @@ def test_ripple_of_the_torque_does_not_fold_into_the_motion():
     log = make_log(noise=0.05, period=0.001)
     torque = log.torque + 2.0 * np.sin(2.0 * np.pi * 200.3 * log.time)
     found = identify_log(replace(log, position=held(log.position, 5), torque=torque), model="offset")
-    assert found.fit.relative_error < 0.01
+    assert found.best.left < 0.01
     for name in ("inertia", "coulomb", "viscous"):
-        assert found.parameters[name].estimate.value == pytest.approx(JOINT[name], rel=0.01)
+        assert found.parameters[name].value == pytest.approx(JOINT[name], rel=0.01)
 
 
 def test_torque_that_is_held_longer_than_the_motion_is_said_too():
@@ -84,9 +84,9 @@ def test_joint_is_found_behind_a_slow_encoder(every):
     log = make_log(noise=0.1, period=0.001)
     found = identify_log(replace(log, position=held(log.position, every)))
     assert any(f"the position changes in one of {every} rows only" in caution for caution in found.cautions)
-    assert found.fit.relative_error < 0.05
+    assert found.best.left < 0.05
     for name in ("inertia", "coulomb"):
-        assert found.parameters[name].estimate.value == pytest.approx(JOINT[name], rel=0.02)
+        assert found.parameters[name].value == pytest.approx(JOINT[name], rel=0.02)
 
 
 def test_held_torque_is_said_and_left():

@@ -75,7 +75,7 @@ def test_replay_bridges_them_as_well_and_counts_without_them():
 def test_replay_names_the_column_that_lacks_values():
     log = make_log(duration=2.0)
     log.torque[np.arange(1000) % 10 != 0] = np.nan
-    with pytest.raises(InputError, match="without defect: the torque has no finite number in 900 of 1000 rows"):
+    with pytest.raises(InputError, match=r"without defect; .*: the torque has no finite number in 900 of 1000 rows"):
         replay_log(log)
 
 

@@ -1,1 +1,0 @@
-"""What else than the chosen model may explain a log."""

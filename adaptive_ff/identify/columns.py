@@ -1,0 +1,115 @@
+"""Unit torques of a motion: what each parameter of a joint takes of the torque when it is one."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from adaptive_ff.friction.along import columns_along
+from adaptive_ff.friction.columns import COULOMB, PATHS, STICTION, Curve, Hypothesis
+from adaptive_ff.identify.motion import Array, Rows, derivative
+
+TEXTBOOK = ("inertia", "coulomb", "viscous", "offset")
+"""What everybody fits ..."""
+
+GRAVITY = ("gravity_sine", "gravity_cosine")
+"""... and what a weight on a rotary axis adds."""
+
+DRY = frozenset({"coulomb", "stiction_excess", "load_friction"})
+"""Terms of dry friction, beside those of a map of it."""
+
+NO_LAG, NO_SPEED = 1e-6, 1e-9
+"""Friction lag, s, and Stribeck velocity, rad/s, of a model that has none."""
+
+
+class Shape(NamedTuple):
+    """What unit torques depend on other than linearly; zero where the joint does without.
+
+    Attributes
+    ----------
+    friction_lag : float
+        Time constant with which friction follows its static curve, s.
+    path : float
+        Displacement over which Coulomb friction turns after a reversal, rad.
+    stribeck_velocity : float
+        Speed over which friction passes from ``coulomb + stiction_excess`` to ``coulomb``, rad/s.
+    """
+
+    friction_lag: float = 0.0
+    path: float = 0.0
+    stribeck_velocity: float = 0.0
+
+
+class Map(NamedTuple):
+    """Known dependence on position: harmonics of periods, rad, or hats between two positions, rad."""
+
+    periods: tuple[float, ...] = ()
+    hats: int = 0
+    low: float = 0.0
+    high: float = 1.0
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the shares of the map; of hats all but the first, which Coulomb friction and the offset are."""
+        waves = tuple(f"{part}_{place}" for place in range(1, len(self.periods) + 1) for part in ("sine", "cosine"))
+        return waves + tuple(f"hat_{place}" for place in range(2, self.hats + 1))
+
+    def share(self, name: str, position: Array) -> Array:
+        """Return one share of the map at some positions."""
+        kind, _, number = name.rpartition("_")
+        place = int(number) - 1
+        if kind == "hat":
+            relative = (position - self.low) / (self.high - self.low) * (self.hats - 1)
+            return np.maximum(1.0 - np.abs(np.clip(relative, 0.0, self.hats - 1) - place), 0.0)
+        return (np.sin if kind == "sine" else np.cos)(2.0 * np.pi * position / self.periods[place])
+
+
+def unit_torques(rows: Rows, names: tuple[str, ...], shape: Shape, place: Map) -> Array:
+    """Return the unit torques in the band at the rows that slide, one column a name."""
+    dry = _dry(rows, shape, place) if any(name in DRY or name.startswith("friction_") for name in names) else {}
+    columns = [dry[name] if name in dry else _unit(rows, name, place) for name in names]
+    return rows.filtered(np.column_stack(columns))[rows.slides]
+
+
+def static_friction(velocity: Array, values: dict[str, float], shape: Shape) -> Array:
+    """Return the static friction curve of estimates at some velocities, N m, without offset and map."""
+    speed, direction = np.abs(velocity), np.sign(velocity)
+    slow = np.exp(-speed / shape.stribeck_velocity) if shape.stribeck_velocity else 0.0
+    dry = values.get("coulomb", 0.0) + values.get("stiction_excess", 0.0) * slow
+    return np.asarray(
+        direction * dry + values.get("viscous", 0.0) * velocity + values.get("viscous_asymmetry", 0.0) * speed
+    )
+
+
+def _unit(rows: Rows, name: str, place: Map) -> Array:
+    """Return a unit torque that depends on the motion at its time alone."""
+    if name.startswith("force_"):
+        return place.share(name.removeprefix("force_"), rows.position)
+    return {
+        "inertia": lambda: derivative(rows.velocity, rows.period),
+        "viscous": lambda: rows.velocity,
+        "viscous_asymmetry": lambda: np.abs(rows.velocity),
+        "offset": lambda: np.ones_like(rows.velocity),
+        "gravity_sine": lambda: np.sin(rows.position),
+        "gravity_cosine": lambda: np.cos(rows.position),
+        "torque_delay": lambda: derivative(rows.torque, rows.period),
+    }[name]()
+
+
+def _dry(rows: Rows, shape: Shape, place: Map) -> dict[str, Array]:
+    """Return the columns of dry friction, which remember the motion: those of the friction hypothesis."""
+    spaced = (place.high - place.low) / max(place.hats - 1, 1)
+    waves = np.array([2.0 * np.pi / period for period in place.periods])
+    paths = np.array([shape.path] if shape.path else [])
+    hypothesis = Hypothesis(1.0, paths, False, np.empty(0), waves, place.hats, place.low, spaced, True, 0, 1.0)
+    curve = Curve(max(shape.friction_lag, NO_LAG), shape.stribeck_velocity or NO_SPEED, 1.0, 1.0, 0.0)
+    middle = 0.5 * (rows.velocity[1:] + rows.velocity[:-1])
+    velocity = np.concatenate([rows.velocity[:1], middle, rows.velocity[-1:]])
+    columns = columns_along(hypothesis, curve, velocity, rows.period, rows.position, rows.known)
+    coulomb = columns[:, PATHS] if shape.path else columns[:, COULOMB] + columns[:, STICTION]
+    further = iter(columns.T[PATHS + paths.size :])
+    found = {"coulomb": coulomb, "stiction_excess": columns[:, STICTION]}
+    for number in range(1, len(place.periods) + 1):
+        found[f"friction_sine_{number}"], found[f"friction_cosine_{number}"] = next(further), next(further)
+    for number in range(1, place.hats + 1):
+        found[f"friction_hat_{number}"] = next(further)
+    return {**found, "load_friction": next(further)}

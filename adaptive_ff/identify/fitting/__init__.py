@@ -1,1 +1,0 @@
-"""Fits of the rows, and which terms of the model a log supports."""

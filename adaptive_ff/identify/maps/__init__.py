@@ -1,1 +1,0 @@
-"""Friction and force over position and load."""

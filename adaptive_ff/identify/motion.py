@@ -1,0 +1,298 @@
+"""The motion and the torque of a log in one band: what a regression compares, row by row.
+
+Position and torque pass the same zero-phase Butterworth low-pass, so no row lags another (M. Gautier 1997). The sign of
+the velocity is taken behind a filter five times as wide, since friction changes faster than the motion, and the unit
+torques that follow from it are then filtered like the torque.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from scipy import interpolate, signal
+
+from controllers.arrays import NDArray
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+
+class Tuning(NamedTuple):
+    """What was chosen of the filters; frequencies over that of the motion or of the samples, times over the band."""
+
+    motion_power: float = 0.99
+    """Share of the velocity's power below the frequency of the motion."""
+    times_motion: float = 6.0
+    """Band over the frequency of the motion."""
+    least_hertz: float = 10.0
+    """Smallest band that is chosen without noise, Hz: reversals are short however slow the motion is."""
+    least_times_motion: float = 2.0
+    """Smallest band over the frequency of the motion where noise narrows it."""
+    noise_share: float = 0.01
+    """Power of the noise of the acceleration in the band, over that of the acceleration."""
+    sampling_share: float = 0.2
+    """Largest band over the sampling frequency."""
+    wide: float = 5.0
+    """Corner of the filter before the sign of the velocity, over the band."""
+    rows_in_cycle: float = 4.0
+    """Rows of the regression in a cycle of the band."""
+    order: int = 2
+    """Order of the Butterworth filter, run forward and backward."""
+    edge_cycles: float = 1.0
+    """Rows dropped at either end of a segment, in cycles of the band."""
+    standstill: float = 0.01
+    """Speed below which the joint may stick, over that which 5 % of the rows exceed ..."""
+    standstill_noise: float = 3.0
+    """... or over the noise of the velocity."""
+    standstill_share: float = 0.2
+    """Weight of standstill in a row, behind the filter, from which on the row is left out."""
+    oversampling: float = 12.0
+    """Samples kept in a cycle of the wide filter."""
+
+
+TUNING = Tuning()
+
+
+class Segment(NamedTuple):
+    """Samples of a log without a gap, at even times.
+
+    Attributes
+    ----------
+    start : float
+        Time of the first sample, s.
+    period : float
+        Sample time, s.
+    position, torque : ndarray, shape (n,)
+        Position (rad) and torque (N m).
+    known : ndarray, shape (n,)
+        Torque that is known and was taken from the drive's, N m; zeros where there is none.
+    """
+
+    start: float
+    period: float
+    position: Array
+    torque: Array
+    known: Array
+
+
+class Noise(NamedTuple):
+    """White noise of a position, or of a velocity.
+
+    Attributes
+    ----------
+    density : float
+        Its density, rad^2/Hz or (rad/s)^2/Hz.
+    of_position : bool
+        Which of them.
+    """
+
+    density: float
+    of_position: bool
+
+    def variance(self, corner: float, derivatives: int) -> float:
+        """Return the variance of a derivative of the velocity behind an ideal low-pass of a corner, Hz."""
+        order = derivatives + self.of_position
+        return self.density * (2.0 * math.pi) ** (2 * order) * corner ** (2 * order + 1) / (2 * order + 1)
+
+    def corner(self, variance: float) -> float:
+        """Return the corner, Hz, behind which the velocity has a variance."""
+        if self.density <= 0.0:
+            return math.inf
+        order = 1 if self.of_position else 0
+        return float(
+            ((2 * order + 1) * variance / (self.density * (2.0 * math.pi) ** (2 * order))) ** (1 / (2 * order + 1))
+        )
+
+
+class Spectrum(NamedTuple):
+    """Where the motion ends and the noise begins.
+
+    Attributes
+    ----------
+    motion : float
+        Frequency below which nearly all power of the velocity is, Hz.
+    quiet : float
+        Frequency up to which the noise of the acceleration is small, Hz.
+    noise : Noise
+        Noise of the velocity.
+    slow : float
+        Frequency of the middle of the velocity's power, Hz.
+    """
+
+    motion: float
+    quiet: float
+    noise: Noise
+    slow: float
+
+
+def spectrum(motion: Array, period: float, *, is_position: bool, tuning: Tuning = TUNING) -> Spectrum:
+    """Return where motion and noise of a position or velocity are, from its periodogram; noise is taken as white."""
+    velocity = np.diff(motion) / period if is_position else motion - np.mean(motion)
+    window = np.hanning(velocity.size)
+    power = np.abs(np.fft.rfft(velocity * window)) ** 2
+    frequency = np.fft.rfftfreq(velocity.size, period)
+    gain = (2.0 * np.sin(np.pi * frequency * period) / period) ** 2 if is_position else np.ones_like(frequency)
+    upper = frequency > 0.3 / period
+    weight = float(np.sum(window**2))
+    noise = float(np.median(power[upper] / gain[upper])) / math.log(2.0)
+    noise = max(noise, _lattice(motion) ** 2 / 12.0 * weight)
+    width = max(1, min(15, power.size // 20))
+    smooth = np.convolve(power, np.ones(width) / width, "same")
+    seen = np.where(smooth > 4.0 * noise * gain, np.maximum(power - noise * gain, 0.0), 0.0)
+    if not seen.any():
+        seen = power
+    cumulated = np.cumsum(seen)
+    motion, slow = (
+        float(frequency[min(int(np.searchsorted(cumulated, share * cumulated[-1])), frequency.size - 1)])
+        for share in (tuning.motion_power, 0.5)
+    )
+    motion, slow = max(motion, float(frequency[1])), max(slow, float(frequency[1]))
+    accelerated = float(np.sum((seen * frequency**2)[frequency <= tuning.times_motion * motion]))
+    loud = np.cumsum(noise * gain * frequency**2) > tuning.noise_share * accelerated
+    quiet = float(frequency[int(np.argmax(loud))]) if loud.any() else math.inf
+    return Spectrum(motion, quiet, Noise(2.0 * period * noise / weight, is_position), slow)
+
+
+def choose_band(found: Spectrum, period: float, tuning: Tuning = TUNING) -> float:
+    """Return the band, Hz: a multiple of the motion's frequency, narrower where the acceleration is noise beyond."""
+    wanted = max(tuning.times_motion * found.motion, tuning.least_hertz)
+    quiet = max(found.quiet, tuning.least_times_motion * found.motion)
+    return min(wanted, quiet, tuning.sampling_share / period)
+
+
+def _lattice(values: Array) -> float:
+    """Return the step of the lattice that values are rounded to; zero where there is none."""
+    steps = np.abs(np.diff(values))
+    changing = steps[steps > 1e-9 * float(np.max(steps, initial=0.0))]
+    if not changing.size:
+        return 0.0
+    step = float(np.min(changing))
+    counts = changing / step
+    return step if float(np.mean(np.abs(counts - np.round(counts)) < 0.02)) > 0.98 and counts.max() > 1.5 else 0.0
+
+
+class Filter(NamedTuple):
+    """A zero-phase low-pass.
+
+    Attributes
+    ----------
+    sections : ndarray
+        Second-order sections.
+    padding : int
+        Samples by which a series is continued at both ends.
+    """
+
+    sections: Array
+    padding: int
+
+    def __call__(self, values: Array) -> Array:
+        """Return the filtered series, or columns."""
+        padding = min(self.padding, values.shape[0] - 1)
+        filtered: Array = signal.sosfiltfilt(self.sections, values, axis=0, padlen=padding)
+        return filtered
+
+
+def lowpass(corner: float, period: float, tuning: Tuning = TUNING) -> Filter:
+    """Return the low-pass of a corner, Hz, at which its gain is a half."""
+    sections = signal.butter(tuning.order, min(corner, 0.49 / period), fs=1.0 / period, output="sos")
+    return Filter(sections, math.ceil(2.0 / (corner * period)))
+
+
+class Rows(NamedTuple):
+    """A segment at the working rate, and which rows of it are regressed.
+
+    Attributes
+    ----------
+    period : float
+        Time between samples, s.
+    time, position, velocity : ndarray, shape (n,)
+        Time (s), and position (rad) and velocity (rad/s) behind the wide filter.
+    direction : ndarray, shape (n,)
+        Sign of the velocity, between -1 and 1 where it crosses zero.
+    torque, known : ndarray, shape (n,)
+        Torque, and the known one, behind the wide filter, N m.
+    narrow : Filter
+        The filter of the band.
+    kept : ndarray of int
+        Samples that are rows.
+    slides : ndarray of bool
+        Of these, those that no standstill is in.
+    noise : float
+        Noise of the velocity behind the wide filter, rad/s.
+    """
+
+    period: float
+    time: Array
+    position: Array
+    velocity: Array
+    direction: Array
+    torque: Array
+    known: Array
+    narrow: Filter
+    kept: NDArray[np.int64]
+    slides: Mask
+    noise: float
+
+    def filtered(self, values: Array) -> Array:
+        """Return a series in the band at the rows."""
+        result: Array = self.narrow(values)[self.kept]
+        return result
+
+
+def derivative(values: Array, period: float) -> Array:
+    """Return central differences of fourth order."""
+    result = np.gradient(values, period)
+    result[2:-2] = (8.0 * (values[3:-1] - values[1:-3]) - (values[4:] - values[:-4])) / (12.0 * period)
+    return result
+
+
+def make_rows(segment: Segment, band: float, noise: Noise, fast: float, tuning: Tuning = TUNING) -> Rows:
+    """Return the rows of a segment.
+
+    Parameters
+    ----------
+    segment : Segment
+        The segment.
+    band : float
+        Band, Hz.
+    noise : Noise
+        Noise of the motion.
+    fast : float
+        Speed that few samples exceed, rad/s.
+    """
+    period = segment.period
+    clean = noise.corner((0.3 * tuning.standstill * fast) ** 2)
+    corner = max(band, min(tuning.wide * band, 0.4 / period, clean))
+    wide = lowpass(corner, period, tuning)
+    every = max(1, int(1.0 / (tuning.oversampling * corner * period)))
+    position, torque = wide(segment.position), wide(segment.torque)
+    known = wide(segment.known) if segment.known.any() else segment.known
+    velocity = derivative(position, period)
+    position, torque, known, velocity = (one[::every] for one in (position, torque, known, velocity))
+    step = period * every
+    scatter = math.sqrt(noise.variance(corner, 0))
+    slow = max(tuning.standstill * fast, tuning.standstill_noise * scatter)
+    narrow = lowpass(band, step, tuning)
+    stands = narrow((np.abs(velocity) < slow).astype(float))
+    edge = min(math.ceil(tuning.edge_cycles / (band * step)), max(1, position.size // 4))
+    apart = max(1, int(1.0 / (tuning.rows_in_cycle * band * step)))
+    kept = np.arange(edge, position.size - edge, apart)
+    time = segment.start + step * np.arange(position.size)
+    direction = np.clip(velocity / max(0.3 * slow, 1e-300), -1.0, 1.0)
+    slides = stands[kept] < tuning.standstill_share
+    return Rows(step, time, position, velocity, direction, torque, known, narrow, kept, slides, scatter)
+
+
+def even(time: Array, values: Array, grid: Array) -> Array:
+    """Return a series at the even times of a grid; as it is where it has them already."""
+    step = float(grid[1] - grid[0])
+    return (
+        values
+        if time.size == grid.size and np.max(np.abs(time - grid)) < 0.02 * step
+        else resampled(time, values, grid)
+    )
+
+
+def resampled(time: Array, values: Array, grid: Array) -> Array:
+    """Return a series at other times: cubic between its samples."""
+    return np.asarray(interpolate.make_interp_spline(time, values, k=min(3, time.size - 1))(grid))

@@ -1,1 +1,0 @@
-"""A model trained on one log simulates another one from its torque alone."""

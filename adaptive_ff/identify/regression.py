@@ -1,0 +1,116 @@
+"""Least squares by blocks of rows: estimates, errors out of sample, and what repetition would show of the estimates."""
+
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+from scipy import optimize, stats
+
+from adaptive_ff.identify.motion import Array
+from controllers.arrays import NDArray
+
+NOT_NEGATIVE = frozenset({"inertia", "coulomb", "viscous"})
+"""Parameters whose estimates are bounded."""
+
+RIDGE = 1e-10
+"""Added to the scaled normal equations, against exact collinearity."""
+
+NOISE_SHARE = 0.5
+"""Largest share of a column's square that is taken for noise."""
+
+
+class Blocks(NamedTuple):
+    """Sums over the rows of each block: all that least squares needs.
+
+    Attributes
+    ----------
+    names : tuple of str
+        Names of the columns.
+    gram, clean : ndarray, shape (blocks, n, n)
+        Products of the columns, and the same freed of the noise of the measured motion in them.
+    moment : ndarray, shape (blocks, n)
+        Products of columns and torque.
+    power, count : ndarray, shape (blocks,)
+        Square of the torque, and number of rows.
+    """
+
+    names: tuple[str, ...]
+    gram: Array
+    clean: Array
+    moment: Array
+    power: Array
+    count: Array
+
+    def of(self, names: tuple[str, ...]) -> "Blocks":
+        """Return the sums of some of the columns."""
+        at = np.array([self.names.index(name) for name in names])
+        gram, clean = (one[:, at[:, np.newaxis], at] for one in (self.gram, self.clean))
+        return self._replace(names=names, gram=gram, clean=clean, moment=self.moment[:, at])
+
+    def solve(self, *, bounded: bool = True, noisy: bool = False) -> Array:
+        """Return the estimates of all rows; with the noise in the columns left in where asked."""
+        gram = self.gram if noisy else self.clean
+        return solve(gram.sum(axis=0), self.moment.sum(axis=0), self.names, bounded=bounded)
+
+    def tolerance(self) -> dict[str, float]:
+        """Return the share of each column that the others do not explain."""
+        gram = self.gram.sum(axis=0)
+        scale = np.sqrt(np.maximum(np.diag(gram), 1e-300))
+        inverse = np.linalg.inv(gram / np.outer(scale, scale) + RIDGE * np.eye(scale.size))
+        return dict(zip(self.names, (1.0 / np.diag(inverse)).tolist(), strict=True))
+
+
+def sums(
+    names: tuple[str, ...], columns: Array, torque: Array, block: NDArray[np.int64], noise: dict[str, float]
+) -> Blocks:
+    """Return the sums of rows by the number of their block; ``noise`` is the variance in a row by column."""
+    edges = np.searchsorted(block, np.arange(int(block[-1]) + 2))
+    parts = [slice(start, stop) for start, stop in pairwise(edges)]
+    gram = np.array([columns[part].T @ columns[part] for part in parts])
+    moment = np.array([columns[part].T @ torque[part] for part in parts])
+    power = np.array([float(torque[part] @ torque[part]) for part in parts])
+    count = np.diff(edges).astype(float)
+    clean, variance = gram.copy(), np.array([noise.get(name, 0.0) for name in names])
+    places = np.arange(len(names))
+    own = gram[:, places, places]
+    clean[:, places, places] = own - np.minimum(np.outer(count, variance), NOISE_SHARE * own)
+    return Blocks(names, gram, clean, moment, power, count)
+
+
+def solve(gram: Array, moment: Array, names: tuple[str, ...], *, bounded: bool = True) -> Array:
+    """Return least-squares estimates; what cannot be negative is not."""
+    scale = np.sqrt(np.maximum(np.diag(gram), 1e-300))
+    scaled = gram / np.outer(scale, scale) + RIDGE * np.eye(scale.size)
+    right = moment / scale
+    values = np.linalg.solve(scaled, right)
+    low = np.array([0.0 if name in NOT_NEGATIVE else -np.inf for name in names])
+    if bounded and np.any(values < low):
+        powers, axes = np.linalg.eigh(scaled)
+        root = np.sqrt(np.maximum(powers, 1e-9))
+        values = optimize.lsq_linear(root[:, np.newaxis] * axes.T, (axes.T @ right) / root, (low, np.inf)).x
+    return np.asarray(values / scale)
+
+
+def left_out_errors(blocks: Blocks) -> Array:
+    """Return the mean square error in each block of the model that was fitted to the others."""
+    gram, moment = blocks.clean.sum(axis=0), blocks.moment.sum(axis=0)
+    errors = []
+    for clean, whole, right, power, count in zip(
+        blocks.clean, blocks.gram, blocks.moment, blocks.power, blocks.count, strict=True
+    ):
+        values = solve(gram - clean, moment - right, blocks.names)
+        errors.append(max(0.0, power - 2.0 * values @ right + values @ whole @ values) / count)
+    return np.array(errors)
+
+
+def standard_errors(blocks: Blocks) -> Array:
+    """Return the standard errors that leaving out each block in turn tells (B. Efron 1982): those of repetition."""
+    gram, moment = blocks.clean.sum(axis=0), blocks.moment.sum(axis=0)
+    pairs = zip(blocks.clean, blocks.moment, strict=True)
+    each = np.array([solve(gram - own, moment - right, blocks.names, bounded=False) for own, right in pairs])
+    return np.asarray(np.sqrt((len(each) - 1) / len(each) * np.sum((each - each.mean(axis=0)) ** 2, axis=0)))
+
+
+def quantile(blocks: int, confidence: float) -> float:
+    """Return the half width of an interval over the standard error: Student's t of the number of blocks."""
+    return float(stats.t.ppf(0.5 + 0.5 * confidence, max(1, blocks - 1)))

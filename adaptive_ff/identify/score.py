@@ -1,0 +1,268 @@
+"""Open loop: the identified model, simulated on another log from its torque alone.
+
+It is the protocol of the EMPS benchmark (A. Janot, M. Gautier, M. Brunot, 2019): identified on one record, the model
+simulates the position of the other, and the root mean square of the error counts. What is simulated is the model that
+``identify`` writes; nothing is fitted anew.
+"""
+
+import math
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from adaptive_ff.errors import InputError
+from adaptive_ff.identify.identification import identify_log
+from adaptive_ff.identify.motion import Array, derivative, lowpass
+from adaptive_ff.identify.preparation import prepare
+from adaptive_ff.identify.result import ASYMMETRY, LogIdentification
+from adaptive_ff.logs.log import Log, check_log
+from controllers import compiled
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+WINDOW = 1.0
+"""Length of a window, s."""
+
+STEP = 1e-3
+"""Longest step of the simulation, s."""
+
+FOLLOWS, DRIFTS = 0.1, 0.5
+"""Error in the windows over the motion in them, up to which the model follows, and up to which it drifts only."""
+
+
+class OpenLoop(NamedTuple):
+    """What the simulation takes: values of :mod:`adaptive_ff.identify.columns`, zero where there is none."""
+
+    inertia: float
+    coulomb: float
+    excess: float
+    stribeck_velocity: float
+    viscous: float
+    asymmetry: float
+    offset: float
+    gravity_sine: float
+    gravity_cosine: float
+    lag: float
+
+
+@compiled
+def _follow(model: OpenLoop, torque: Array, start: Array, period: float, length: int, position: Array) -> None:
+    """Simulate from the start of each segment of a length: an implicit step for dry friction, so that a joint rests."""
+    count = torque.size
+    speed, place, friction = 0.0, 0.0, 0.0
+    for k in range(count):
+        if k % length == 0:
+            place, speed = start[0, k], start[1, k]
+            friction = 0.0
+            if speed > 0.0:
+                friction = model.coulomb
+            elif speed < 0.0:
+                friction = -model.coulomb
+        position[k] = place
+        pull = model.gravity_sine * math.sin(place) + model.gravity_cosine * math.cos(place)
+        slow = 0.0
+        if model.excess != 0.0:
+            slow = math.exp(-abs(speed) / model.stribeck_velocity)
+        dry = max(0.0, model.coulomb + model.excess * slow)
+        drive = torque[k] - model.offset - pull - model.asymmetry * abs(speed)
+        if model.lag > 0.0:
+            share = period / (model.lag + period)
+            towards = 0.0
+            free = (model.inertia * speed + period * (drive - (1.0 - share) * friction)) / (
+                model.inertia + period * model.viscous
+            )
+            bound = period * share * dry / (model.inertia + period * model.viscous)
+            if free > bound:
+                towards, speed = dry, free - bound
+            elif free < -bound:
+                towards, speed = -dry, free + bound
+            else:
+                towards, speed = dry * free / max(bound, 1e-300), 0.0
+            friction = friction + share * (towards - friction)
+        else:
+            free = (model.inertia * speed + period * drive) / (model.inertia + period * model.viscous)
+            bound = period * dry / (model.inertia + period * model.viscous)
+            if free > bound:
+                speed = free - bound
+            elif free < -bound:
+                speed = free + bound
+            else:
+                speed = 0.0
+        place += period * speed
+
+
+@dataclass(frozen=True, eq=False)
+class Score:
+    """What the identified model makes of another log in open loop; positions in rad, or m.
+
+    Attributes
+    ----------
+    found : LogIdentification
+        The model.
+    tested : str
+        Name of the other log.
+    rms, fit : float
+        Error of the simulation of the whole log, rms, and how much of its variation is explained, per cent.
+    windows, moved : float
+        Error and motion in windows of 1 s, each begun from the measured state, rms.
+    training_rms, training_windows : float
+        The same errors on the log that was identified.
+    torque_left : float
+        What the model leaves of the other log's torque in its band, rms over rms.
+    time, measured, simulated : ndarray, shape (n,)
+        The longest segment of the other log.
+    cautions : list of str
+        What was done to the logs, or is probably wrong with them.
+    """
+
+    found: LogIdentification
+    tested: str
+    rms: float
+    fit: float
+    windows: float
+    moved: float
+    training_rms: float
+    training_windows: float
+    torque_left: float
+    time: Array
+    measured: Array
+    simulated: Array
+    cautions: list[str] = field(default_factory=list)
+
+    @property
+    def trained(self) -> str:
+        """Name of the log that was identified."""
+        return self.found.name
+
+    @property
+    def linear(self) -> bool:
+        """Whether it is a linear axis."""
+        return self.found.linear
+
+    @property
+    def grade(self) -> str:
+        """How far the model can be simulated: ``follows``, ``drifts`` or ``does not follow``."""
+        share = self.windows / self.moved if self.moved else math.inf
+        return "follows" if share <= FOLLOWS else "drifts" if share <= DRIFTS else "does not follow"
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return everything but the series as plain values."""
+        names = (
+            "trained",
+            "tested",
+            "rms",
+            "fit",
+            "windows",
+            "moved",
+            "training_rms",
+            "training_windows",
+            "torque_left",
+        )
+        result: dict[str, Any] = {name: getattr(self, name) for name in names}
+        result |= {"verdict": self.grade, "unit": "m" if self.linear else "rad", "warnings": self.cautions}
+        return result | {"model": self.found.best.values, "identification": self.found.to_dict()}
+
+    def plot(self, folder: str | Path | None = None) -> "dict[str, Figure]":
+        """Draw the simulation; write it as ``score.png`` where a folder is given."""
+        from adaptive_ff.report.score_plots import plot_score
+
+        return plot_score(self, folder)
+
+
+def score_log(train: Log, test: Log, **given: Any) -> Score:
+    """Identify a log, and simulate another one with the model in open loop.
+
+    Parameters
+    ----------
+    train, test : Log
+        Logs of the same joint, with positions.
+    **given
+        As :func:`identify_log` takes it.
+
+    Raises
+    ------
+    InputError
+        A log has no position, or does not determine a joint, or an argument is out of range.
+    """
+    check_log("train", train)
+    check_log("test", test)
+    for log in (train, test):
+        if log.position is None:
+            raise InputError(f"{log.name}: a score takes a log with positions, not velocities")
+    same = train.is_same_record(test)
+    found = identify_log(train, **{**given, "validation": None if same else test})
+    if found.value("inertia") <= 0.0 or "inertia" in found.unidentified:
+        raise InputError(f"{train.name}: the inertia is not identifiable, so there is no model to simulate")
+    delay, linear = given.get("torque_delay"), found.linear
+    training = _simulated(found, train, delay, linear=linear)
+    other = training if same else _simulated(found, test, delay, linear=linear)
+    said = list(found.cautions)
+    if same:
+        said.append(
+            f"{test.name}: is the log that the model is identified on; its error says nothing about other motion"
+        )
+    deviation = float(np.std(other.measured))
+    return Score(
+        found,
+        test.name,
+        rms=other.rms,
+        fit=100.0 * (1.0 - other.rms / deviation) if deviation else -math.inf,
+        windows=other.windows,
+        moved=other.moved,
+        training_rms=training.rms,
+        training_windows=training.windows,
+        torque_left=found.best.left if found.validation is None else found.validation,
+        time=other.time,
+        measured=other.measured,
+        simulated=other.simulated,
+        cautions=said,
+    )
+
+
+class _Simulated(NamedTuple):
+    """A log beside its simulation."""
+
+    time: Array
+    measured: Array
+    simulated: Array
+    rms: float
+    windows: float
+    moved: float
+
+
+def open_loop(found: LogIdentification) -> OpenLoop:
+    """Return the best model as the simulation takes it; a path over which friction turns is left out."""
+    names = ("inertia", "coulomb", "stiction_excess", "stribeck_velocity", "viscous", ASYMMETRY, "offset")
+    values = [found.value(name) for name in (*names, "gravity_sine", "gravity_cosine", "friction_lag")]
+    return OpenLoop(*values)
+
+
+def _simulated(found: LogIdentification, log: Log, delay: float | None, *, linear: bool) -> _Simulated:
+    prepared = prepare(log, bandwidth=None, torque_delay=delay, linear=linear)
+    segment = max(prepared.segments, key=lambda one: one.position.size)
+    fine = max(1, math.ceil(segment.period / STEP - 1e-9))
+    step, count = segment.period / fine, segment.position.size
+    time = segment.period * np.arange(count)
+    grid = step * np.arange((count - 1) * fine + 1)
+    late = found.value("torque_delay")
+    torque = np.interp(grid - late, time, segment.torque)
+    smooth = lowpass(prepared.band, segment.period)(segment.position)
+    velocity = np.interp(grid, time, derivative(smooth, segment.period))
+    start = np.vstack([np.interp(grid, time, segment.position), velocity])
+    model = open_loop(found)
+    results = []
+    for length in (grid.size, max(1, round(WINDOW / step))):
+        simulated = np.empty(grid.size)
+        _follow(model, torque, start, step, length, simulated)
+        results.append(simulated[::fine])
+    whole, windows = (np.where(np.isfinite(one), one, 1e300) for one in results)
+    length = max(1, round(WINDOW / segment.period))
+    used = count // length * length
+    pieces = segment.position[:used].reshape(-1, length)
+    moved = math.sqrt(float(np.mean((pieces - pieces[:, :1]) ** 2)))
+    with np.errstate(over="ignore"):
+        errors = [math.sqrt(float(np.mean((one - segment.position) ** 2))) for one in (whole, windows)]
+    return _Simulated(segment.start + time, segment.position, whole, errors[0], errors[1], moved)

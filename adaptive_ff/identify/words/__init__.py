@@ -1,1 +1,0 @@
-"""What is said of an identified joint: verdict, cautions, scenario."""

@@ -1,0 +1,238 @@
+"""Logs of joints that are known, half of them with physics that ``identify`` has no term for.
+
+A motion is prescribed at a fine rate and the torque that it takes is computed along it, friction states included; then
+sensors sample it. The first half has the terms of the identified models: Coulomb and viscous friction, offset, gravity,
+in some a lag, a Stribeck curve, viscous friction that bends or differs by direction. The second half has friction laws
+of other forms (LuGre, Maxwell slip, a power of the speed, a smooth sign), friction that warms up or depends on position
+or load, an elastic gear, coupling torques, a filtered or late torque, coarse encoders, and clocks that jitter.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import interpolate, signal
+
+from adaptive_ff.logs.log import Log
+
+Array = NDArray[np.float64]
+
+FINE = 4000.0
+"""Rate at which motion and friction are computed, Hz."""
+
+FOREIGN = ("lugre", "maxwell", "power", "smooth", "warming", "position", "load", "elastic", "coupled", "late")
+
+
+class Case(NamedTuple):
+    """A log with its truth.
+
+    Attributes
+    ----------
+    log : Log
+        The log.
+    truth : dict of float
+        ``inertia``, and ``coulomb`` and ``viscous``: the line through the static friction curve over the speeds of the
+        motion, least squares in time.
+    kind : str
+        Which physics.
+    duration : float
+        Length, s.
+    enough : bool
+        Whether it has ten reversals, 30 s, and a tenth of its torque from the inertia.
+    """
+
+    log: Log
+    truth: dict[str, float]
+    kind: str
+    duration: float
+    enough: bool
+
+
+class Course(NamedTuple):
+    """A motion: time, position, velocity, acceleration at the fine rate."""
+
+    time: Array
+    position: Array
+    velocity: Array
+    acceleration: Array
+
+
+def between(generator: np.random.Generator, low: float, high: float) -> float:
+    """Draw a number whose logarithm is uniform."""
+    return float(low * (high / low) ** generator.random())
+
+
+def draw_motion(generator: np.random.Generator, duration: float, speed: float, pace: float) -> Course:
+    """Draw a motion: sines, moves from point to point, or a triangle with rounded corners."""
+    time = np.arange(round((duration + 1.0) * FINE)) / FINE - 1.0
+    kind = generator.integers(3)
+    if kind == 0:
+        omegas = 2.0 * np.pi * pace * np.array([between(generator, 0.3, 3.0) for _ in range(generator.integers(3, 8))])
+        sizes = generator.uniform(0.3, 1.0, omegas.size) * omegas**-0.5
+        phases = generator.uniform(0.0, 2.0 * np.pi, omegas.size)
+        velocity = np.sin(np.outer(time, omegas) + phases) @ sizes
+    else:
+        velocity = np.zeros(time.size)
+        place, begin = 0.0, 0
+        while begin < time.size:
+            target = generator.uniform(-1.0, 1.0) if kind == 1 else (1.0 if place <= 0.0 else -1.0)
+            length = max(
+                8, round(FINE / pace * abs(target - place) * 0.5 * (1.0 if kind == 2 else generator.uniform(0.7, 1.5)))
+            )
+            stop = min(begin + length, time.size)
+            velocity[begin:stop] = (target - place) * FINE / length
+            place, begin = target, begin + length
+        width = round(FINE * 0.25 * generator.uniform(0.3, 1.0) / pace)
+        window = np.hanning(width + 2)[1:-1]
+        velocity = signal.fftconvolve(velocity, window / window.sum(), "same")
+    velocity *= speed / np.quantile(np.abs(velocity), 0.98)
+    position = np.cumsum(velocity) / FINE
+    position += generator.uniform(-1.0, 1.0) - position.mean()
+    return Course(time, position, velocity, np.gradient(velocity, 1.0 / FINE))
+
+
+class Law(NamedTuple):
+    """Friction of a joint: its static curve by speed, and its torque along the motion."""
+
+    static: Array
+    torque: Array
+
+
+def _lagged(values: Array, lag: float) -> Array:
+    if lag * FINE < 0.2:
+        return values
+    decay = math.exp(-1.0 / (FINE * lag))
+    return np.asarray(signal.lfilter([1.0 - decay], [1.0, -decay], values))
+
+
+def _over_path(velocity: Array, limit: Array, path: float, steep: float = 1.0) -> Array:
+    """Return friction that follows its static curve over a path: Dahl's law, and that of LuGre's bristles."""
+    state, result = 0.0, []
+    step = (np.abs(velocity) / FINE / path).tolist()
+    for along, towards in zip(step, limit.tolist(), strict=True):
+        state = towards + (state - towards) * math.exp(-steep * along)
+        result.append(state)
+    return np.array(result)
+
+
+def draw_friction(generator: np.random.Generator, kind: str, coulomb: float, viscous: float, course: Course) -> Law:
+    """Draw a friction law."""
+    velocity, top = course.velocity, float(np.quantile(np.abs(course.velocity), 0.98))
+    speed, sign = np.abs(velocity), np.sign(velocity)
+    static = coulomb * sign + viscous * velocity
+    if kind == "lag":
+        return Law(static, _lagged(static, between(generator, 0.002, 0.05)))
+    if kind == "stribeck" or kind == "lugre":
+        excess, slow = coulomb * generator.uniform(0.2, 0.6), top * between(generator, 0.02, 0.2)
+        static = static + excess * sign * np.exp(-((speed / slow) ** generator.uniform(0.8, 2.0)))
+    if kind == "bend":
+        bend = top * between(generator, 0.05, 0.3)
+        static = static + coulomb * generator.uniform(0.2, 0.8) * np.tanh(velocity / bend)
+    if kind == "directions":
+        static = static + viscous * generator.uniform(-0.3, 0.3) * speed
+    if kind == "lugre":
+        limit = static - viscous * velocity
+        return Law(static, _over_path(velocity, limit, top * between(generator, 3e-4, 1e-2)) + viscous * velocity)
+    if kind == "maxwell":
+        paths = [top * between(generator, 3e-4, 3e-2) for _ in range(3)]
+        shares = generator.dirichlet(np.ones(3))
+        bristles = sum(
+            part * _over_path(velocity, coulomb * sign, path) for part, path in zip(shares, paths, strict=True)
+        )
+        return Law(static, bristles + viscous * velocity)
+    if kind == "power":
+        static = coulomb * sign + viscous * top * sign * (speed / top) ** generator.uniform(0.4, 1.6)
+    if kind == "smooth":
+        static = (
+            coulomb * (2.0 / np.pi) * np.arctan(velocity / (top * between(generator, 0.005, 0.05))) + viscous * velocity
+        )
+    if kind == "warming":
+        warm = 1.0 + generator.uniform(-0.3, 0.3) * np.exp(-(course.time + 1.0) / between(generator, 5.0, 100.0))
+        return Law(static, static * warm)
+    if kind == "position":
+        period = between(generator, 0.05, 2.0)
+        wave = 1.0 + generator.uniform(0.1, 0.4) * np.sin(2.0 * np.pi * course.position / period)
+        return Law(static, static * wave)
+    return Law(static, static)
+
+
+def make_case(seed: int, *, foreign: bool | None = None, record: int = 0) -> Case:
+    """Draw a joint and record it; other records of the same seed have the joint in common, but not the motion."""
+    generator = np.random.default_rng([seed, 1])
+    foreign = bool(seed % 2) if foreign is None else foreign
+    kind = str(
+        generator.choice(FOREIGN) if foreign else generator.choice(["plain", "lag", "stribeck", "bend", "directions"])
+    )
+    rate = float(generator.choice([25.0, 50.0, 100.0, 250.0, 500.0, 1000.0]))
+    pace = between(generator, 0.1, min(1.5, rate / 60.0))
+    speed = between(generator, 0.3, 5.0)
+    typical = speed * 2.0 * np.pi * pace
+    inertia = between(generator, 0.01, 20.0)
+    coulomb = inertia * typical * between(generator, 0.15, 2.0)
+    viscous = coulomb * between(generator, 0.2, 2.0) / speed
+    weight = coulomb * between(generator, 0.2, 3.0) if generator.random() < 0.5 else 0.0
+    phase, offset = generator.uniform(0.0, 2.0 * np.pi), coulomb * generator.uniform(-0.3, 0.3)
+    counts, level, jitter = 2.0 ** generator.integers(12, 21), between(generator, 0.005, 0.1), generator.random()
+    moves = np.random.default_rng([seed, 2, record])
+    duration = float(moves.uniform(15.0, 60.0))
+    course = draw_motion(moves, duration, speed, pace)
+    law = draw_friction(generator, kind, coulomb, viscous, course)
+    pull = weight * np.sin(course.position + phase)
+    torque, position = inertia * course.acceleration + law.torque + offset + pull, course.position
+    if kind == "load":
+        torque = torque + generator.uniform(0.05, 0.3) * np.abs(pull + inertia * course.acceleration) * np.sign(
+            course.velocity
+        )
+    if kind == "elastic":
+        stiffness = 0.5 * inertia * (2.0 * np.pi * between(generator, 8.0, 40.0) * max(1.0, pace)) ** 2
+        position = position + signal.fftconvolve(torque, np.ones(20) / 20, "same") / stiffness
+    if kind == "coupled":
+        rates = pace * np.array([between(moves, 0.2, 3.0) for _ in range(4)])
+        other = np.sin(2.0 * np.pi * np.outer(course.time, rates) + moves.uniform(0, 6.3, 4)).sum(axis=1)
+        torque = torque + generator.uniform(0.05, 0.25) * np.std(torque) * other / np.std(other)
+    if kind == "late":
+        torque = _lagged(torque, between(generator, 0.001, 0.01))
+        torque = np.roll(torque, round(FINE / rate * generator.uniform(-0.5, 1.0)))
+    return _sampled(
+        moves,
+        Case(_log(seed, course.time, torque, position), _truth(inertia, law, course), kind, duration, False),
+        rate,
+        counts,
+        level,
+        jitter,
+    )
+
+
+def _log(seed: int, time: Array, torque: Array, position: Array) -> Log:
+    return Log(f"log {seed}", time, torque, position=position)
+
+
+def _truth(inertia: float, law: Law, course: Course) -> dict[str, float]:
+    moving = np.abs(course.velocity) > 0.02 * np.quantile(np.abs(course.velocity), 0.95)
+    columns = np.column_stack([np.sign(course.velocity), course.velocity])[moving]
+    line = np.linalg.lstsq(columns, law.static[moving])[0]
+    return {"inertia": inertia, "coulomb": float(line[0]), "viscous": float(line[1])}
+
+
+def _sampled(
+    generator: np.random.Generator, case: Case, rate: float, counts: float, level: float, jitter: float
+) -> Case:
+    fine = case.log
+    time = np.arange(0.0, case.duration, 1.0 / rate)
+    if jitter > 0.8:
+        time = time + generator.uniform(-0.3, 0.3, time.size) / rate
+        time = time[(time >= 0.0) & (time < case.duration)]
+    assert fine.position is not None
+    torque, position = (np.interp(time, fine.time, one) for one in (fine.torque, fine.position))
+    decay = math.exp(-1.0 / (rate * 0.02))
+    white = generator.standard_normal((2, time.size + 500))
+    coloured = signal.lfilter([math.sqrt(1.0 - decay**2)], [1.0, -decay], white[0])[500:]
+    torque = torque + level * np.std(torque) * math.sqrt(0.5) * (coloured + white[1, 500:])
+    step = 2.0 * np.pi / counts
+    position = np.round(position / step) * step
+    speed = np.gradient(interpolate.make_interp_spline(time, position, k=1)(time), time)
+    reversals = int(np.count_nonzero(np.diff(np.sign(speed[np.abs(speed) > 0.05 * np.max(np.abs(speed))]))))
+    inertial = case.truth["inertia"] * np.std(np.gradient(np.gradient(fine.position, fine.time), fine.time)[::40])
+    enough = case.duration >= 30.0 and reversals >= 10 and inertial >= 0.1 * np.std(torque)
+    return case._replace(log=Log(fine.name, time, torque, position=position), enough=bool(enough))

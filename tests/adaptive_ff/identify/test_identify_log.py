@@ -1,0 +1,259 @@
+"""Identification of logs whose joint is known: values, intervals, terms, refusals."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy import integrate
+from synthetic_logs import JOINT, make_log, sines_log
+
+from adaptive_ff import InputError, identify_log
+from adaptive_ff.identify.result import CARE, GOOD, UNUSABLE
+from adaptive_ff.logs.log import KNOWN, Log
+
+
+def with_torque(log, torque):
+    return Log("log", log.time, torque, position=log.position)
+
+
+@pytest.fixture(scope="module")
+def found():
+    return identify_log(make_log(noise=0.1))
+
+
+def test_values_are_those_of_the_joint_and_lie_in_their_intervals(found):
+    assert found.grade == GOOD
+    assert found.refined is None
+    assert found.unidentified == {}
+    for name, true in JOINT.items():
+        one = found.parameters[name]
+        assert one.value == pytest.approx(true, rel=0.01)
+        assert one.lower < one.value < one.upper
+        assert one.half_width < 0.03
+
+
+@pytest.mark.parametrize("unit", [1e-3, 1e3])
+def test_estimates_scale_with_the_unit_of_the_torque(found, unit):
+    log = make_log(noise=0.1)
+    scaled = identify_log(with_torque(log, unit * log.torque))
+    for name, one in found.parameters.items():
+        for end in range(3):
+            assert scaled.parameters[name][end] == pytest.approx(unit * one[end], rel=1e-6)
+
+
+def test_reversed_motion_and_torque_are_the_same_joint(found):
+    log = make_log(noise=0.1)
+    mirrored = identify_log(Log("log", log.time, -log.torque, position=-log.position))
+    for name in ("inertia", "coulomb", "viscous"):
+        assert mirrored.parameters[name].value == pytest.approx(found.parameters[name].value, rel=1e-6)
+    assert mirrored.parameters["offset"].value == pytest.approx(-found.parameters["offset"].value, rel=1e-6)
+
+
+def test_velocities_and_positions_tell_the_same():
+    found = identify_log(make_log(noise=0.1, as_position=False))
+    for name, true in JOINT.items():
+        assert found.parameters[name].value == pytest.approx(true, rel=0.01)
+
+
+def test_both_halves_of_a_log_agree_within_their_intervals():
+    log = make_log(noise=0.5, duration=60.0)
+    halves = [identify_log(log.part(part)) for part in (slice(None, 15000), slice(15000, None))]
+    for name, true in JOINT.items():
+        one, other = (half.parameters[name] for half in halves)
+        spread = np.hypot(one.upper - one.lower, other.upper - other.lower)
+        assert abs(one.value - other.value) < 0.5 * spread * 1.5
+        assert min(abs(half.parameters[name].value - true) / abs(true) for half in halves) < 0.05
+
+
+def test_gravity_is_taken_where_it_takes_torque_and_not_on_a_linear_axis():
+    log, _ = sines_log(lambda q, w: 0.8 * np.sign(w) + 2.0 * np.sin(q + 0.3))
+    found = identify_log(log)
+    assert found.gravity == pytest.approx((2.0, 0.3), rel=0.02)
+    assert found.value("coulomb") == pytest.approx(0.8, rel=0.02)
+    assert "gravity_sine" not in identify_log(make_log(noise=0.1)).parameters
+    assert "gravity_sine" not in identify_log(log, linear=True).parameters
+    assert "gravity_sine" not in identify_log(log, model="offset").parameters
+
+
+@pytest.mark.parametrize(
+    ("further", "taken", "name", "true"),
+    [
+        (lambda q, w: 0.8 * np.sign(w) + 0.3 * np.abs(w), "directions", "viscous_asymmetry", 0.3),
+        (lambda q, w: np.sign(w) * (0.8 + 0.6 * np.exp(-np.abs(w) / 0.3)), "stribeck", "stiction_excess", 0.6),
+        (lambda q, w: np.sign(w) * (0.8 - 0.5 * np.exp(-np.abs(w) / 0.4)), "stribeck", "stiction_excess", -0.5),
+    ],
+)
+def test_refinement_is_taken_beside_the_textbook(further, taken, name, true):
+    found = identify_log(sines_log(further)[0])
+    assert taken in found.taken
+    assert found.refined.values[name] == pytest.approx(true, rel=0.15)
+    assert found.refined.left < 0.9 * found.textbook.left
+    assert name not in found.parameters
+    assert found.to_dict()["refined"][name]["value"] == found.refined.values[name]
+
+
+def test_friction_lag_is_found_and_moves_the_inertia():
+    log, _ = sines_log(lambda q, w: 0.0 * w, seconds=40)
+    velocity = np.gradient(log.position, log.time)
+    decay = np.exp(-0.001 / 0.04)
+    lagged, state = [], 0.0
+    for sign in np.sign(velocity):
+        state = sign + decay * (state - sign)
+        lagged.append(state)
+    found = identify_log(with_torque(log, log.torque + np.array(lagged)))
+    assert found.taken[0] == "lag"
+    assert found.value("friction_lag") == pytest.approx(0.04, rel=0.1)
+    assert found.value("inertia") == pytest.approx(0.5, rel=0.02)
+    textbook = found.parameters["inertia"]
+    assert textbook.lower < 0.5 < textbook.upper
+
+
+def test_one_way_motion_still_tells_the_viscous_slope():
+    time = 0.005 * np.arange(8000)
+    velocity = 1.0 + 0.5 * np.sin(np.pi * time)
+    torque = 2.0 * np.gradient(velocity, time) + 6.0 + 3.0 * velocity
+    torque += 0.1 * np.random.default_rng(2).standard_normal(time.size)
+    found = identify_log(Log("log", time, torque, velocity=velocity))
+    assert found.unidentified == {"coulomb": "one_way"}
+    assert found.value("viscous") == pytest.approx(3.0, rel=0.02)
+    assert found.value("inertia") == pytest.approx(2.0, rel=0.02)
+    assert found.grade == CARE
+
+
+def test_one_sine_does_not_tell_inertia_from_gravity():
+    time = 0.002 * np.arange(20000)
+    position = 0.1 * np.sin(2.0 * np.pi * 0.5 * time)
+    velocity = np.gradient(position, time)
+    torque = 2.0 * np.gradient(velocity, time) + 0.3 * np.sign(velocity) + 1.0 * velocity
+    found = identify_log(Log("log", time, torque, position=position))
+    assert found.unidentified == {"inertia": "one_sine"}
+    assert found.grade == UNUSABLE
+    assert identify_log(Log("log", time, torque, position=position), linear=True).unidentified == {}
+
+
+def test_friction_over_position_is_mapped_where_its_period_is_given():
+    turn = 2.0 * np.pi / 15.0
+    log, _ = sines_log(lambda q, w: np.sign(w) * (0.8 + 0.3 * np.sin(2.0 * np.pi * q / turn)))
+    found = identify_log(log, position_periods=(turn,))
+    assert "friction over position" in found.taken
+    assert found.value("friction_sine_1") == pytest.approx(0.3, rel=0.05)
+    hats = identify_log(sines_log(lambda q, w: 0.8 * np.sign(w) + 0.4 * np.abs(q))[0], position_hats=5)
+    assert "force over position" in hats.taken
+
+
+def test_load_friction_rises_with_the_known_torque():
+    log, _ = sines_log(lambda q, w: np.sign(w) * (0.8 + 0.2 * np.abs(2.0 * np.sin(q))))
+    known = replace(log, extra={KNOWN: 2.0 * np.sin(log.position)})
+    found = identify_log(known, load_friction=True, model="offset")
+    assert found.value("load_friction") == pytest.approx(0.2, rel=0.1)
+
+
+def test_a_torque_that_acts_later_is_shifted():
+    log = make_log(noise=0.02)
+    late = Log("log", log.time, np.interp(log.time + 0.01, log.time, log.torque), position=log.position)
+    for name, true in JOINT.items():
+        assert identify_log(late, torque_delay=0.01).parameters[name].value == pytest.approx(true, rel=0.01)
+    assert identify_log(late).value("torque_delay") == pytest.approx(0.01, rel=0.1)
+
+
+def test_other_log_and_held_out_end_are_validated_on():
+    log = make_log(noise=0.1)
+    own = identify_log(log, held_out=0.25)
+    assert own.validated_on == "the end of the log"
+    assert own.validation == pytest.approx(own.best.left, rel=0.5)
+    other = make_log(noise=0.1, viscous=6.0, seed=102)
+    found = identify_log(log, validation=Log("other", other.time, other.torque, position=other.position))
+    assert found.validation > 10.0 * found.best.left
+    with pytest.raises(InputError, match="the log to validate on is the one that is fitted"):
+        identify_log(log, validation=log)
+
+
+def test_a_pendulum_that_swings_freely_is_identified_by_its_weight():
+    time = np.arange(0.0, 20.0, 0.002)
+
+    def slopes(_, state):
+        friction = 0.02 * np.tanh(state[1] / 1e-3) + 0.004 * state[1]
+        return [state[1], -(4.0 * np.sin(state[0]) + friction) / 0.12]
+
+    solved = integrate.solve_ivp(slopes, (0.0, 20.0), [2.0, 0.0], t_eval=time, rtol=1e-8, atol=1e-9, max_step=0.02)
+    angle = solved.y[0]
+    with pytest.raises(InputError, match="swings freely, take its known gravity away with --known-torque"):
+        identify_log(Log("swing", time, np.zeros(time.size), angle))
+    found = identify_log(Log("swing", time, -4.0 * np.sin(angle), angle), model="offset")
+    assert found.value("inertia") == pytest.approx(0.12, rel=5e-3)
+    assert found.value("coulomb") == pytest.approx(0.02, rel=0.1)
+
+
+def test_thirty_thousand_rows_take_a_second():
+    import time
+
+    log = make_log(noise=0.1, period=0.001)
+    identify_log(make_log(noise=0.1, duration=5.0))
+    begin = time.process_time()
+    identify_log(log)
+    assert time.process_time() - begin < 3.0
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"position": np.full(15000, 1.0)}, "log: the position is 1 all over; it must move to be identified"),
+        (
+            {"position": 1e-6 * np.random.default_rng(1).standard_normal(15000)},
+            "log: the position scatters by 9.96e-07 rad (rms), no more than from one sample to the next: that is noise",
+        ),
+        ({"torque": np.zeros(15000)}, "log: the torque is 0 all over; it must be that of the drive"),
+        ({"torque": np.full(15000, np.nan)}, "log: no piece of 32 samples is without defect"),
+        ({"time": np.zeros(15000)}, "log: the time does not go forward in 14999 of 14999 steps"),
+    ],
+)
+def test_useless_column_is_refused(change, message):
+    with pytest.raises(InputError) as refused:
+        identify_log(replace(make_log(), **change))
+    assert message in str(refused.value)
+
+
+@pytest.mark.parametrize("series", ["torque", "position"])
+def test_reversed_sign_is_refused_with_what_to_do(series):
+    log = make_log(noise=0.1)
+    with pytest.raises(InputError, match=r"log: friction would drive the joint .* scale the torque by -1"):
+        identify_log(replace(log, **{series: -getattr(log, series)}))
+
+
+def test_torque_that_has_nothing_to_do_with_the_motion_is_refused():
+    log = make_log()
+    noise = 20.0 * np.random.default_rng(110).standard_normal(log.time.size)
+    with pytest.raises(InputError, match=r"log: the motion explains \d+ % of the torque: it is not that of the drive"):
+        identify_log(with_torque(log, noise - 0.15 * log.torque))
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"bandwidth": 200.0}, "bandwidth = 200 Hz is not allowed: it must be positive and at most a fifth"),
+        ({"bandwidth": 0.0}, "bandwidth = 0 Hz is not allowed"),
+        ({"held_out": 1.0}, "held_out = 1 is not allowed: it must be zero or more, and less than one"),
+        ({"torque_delay": np.inf}, "torque_delay = inf s is not allowed"),
+        ({"confidence": 1.0}, "confidence = 1.0 is not allowed"),
+        ({"model": "lugre"}, "model = 'lugre' is not allowed: it must be one of auto, coulomb-viscous"),
+        ({"position_hats": 1}, "position_hats = 1 is not allowed"),
+        ({"position_periods": (0.0,)}, "position_periods = 0 is not allowed"),
+        ({"load_friction": True}, "load_friction takes a log with a known torque"),
+    ],
+)
+def test_argument_out_of_range_is_refused(arguments, message):
+    with pytest.raises(InputError) as refused:
+        identify_log(make_log(), **arguments)
+    assert message in str(refused.value)
+
+
+def test_ten_samples_are_refused():
+    log = make_log()
+    with pytest.raises(InputError, match="log: the log has 10 samples; there must be at least 50"):
+        identify_log(log.part(slice(10)))
+
+
+def test_degrees_are_suspected():
+    log = make_log(noise=0.1)
+    found = identify_log(replace(log, position=np.degrees(log.position)))
+    assert any("is the motion in degrees" in caution for caution in found.cautions)
