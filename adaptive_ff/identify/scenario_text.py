@@ -12,7 +12,7 @@ from adaptive_ff.identify.motion import Array
 from adaptive_ff.identify.result import ASYMMETRY, LogIdentification
 from adaptive_ff.scenario.file import toml_text
 from adaptive_ff.scenario.scenario import MAIN_JOB
-from plant.lugre_joint import LuGreJoint
+from plant.lugre import LuGreJoint
 
 BANDWIDTH, PERIODS = 10.0, 0.1
 """Crossover of the assumed PI loop, Hz, and the most that it may be times the sampling period."""
