@@ -110,18 +110,20 @@ def run_matrix(
     """
     own = own or {}
     check_own_names(own, {**CONTROLLERS, NOISE_FLOOR: None})
-    files = {file for job in jobs for file in SCENARIOS.glob(f"{job.scenario}.*")}
     marks = {name: own_mark(one) for name, one in own.items()}
+    files = {name: SCENARIOS.glob(f"{name}.*") for name in {job.scenario for job in jobs}}
+    digests = {name: fingerprint([], found) for name, found in files.items()}
+    keys = {job: f"{job.key}, {digests[job.scenario]}" for job in jobs}
     found = run_study(
         partial(run_job, own),
-        {job.key: job for job in jobs},
+        {key: job for job, key in keys.items()},
         [*controllers, *own],
-        store=Store(folder / "runs.jsonl", fingerprint([__name__], files), marks),
+        store=Store(folder / "runs.jsonl", fingerprint([__name__]), marks),
         executor=executor,
         workers=None if can_be_sent(own) else 1,
         progress=progress,
     )
-    return {job: {name: found[job.key][name] for name in (*controllers, *own)} for job in jobs}
+    return {job: {name: found[keys[job]][name] for name in (*controllers, *own)} for job in jobs}
 
 
 def run_job(own: Mapping[str, Own], job: Job, controllers: list[str]) -> dict[str, Figures]:
