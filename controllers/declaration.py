@@ -220,7 +220,10 @@ def _parameters_class(cls: Any, fields: list[tuple[str, Any]]) -> Any:
     """Return the class of what the kernel is given, found by pickle as ``Class.Parameters``."""
     made: Any = NamedTuple(f"{cls.__name__}Parameters", fields)  # type: ignore[misc]
     made.__module__, made.__qualname__ = cls.__module__, f"{cls.__qualname__}.Parameters"
-    made.__doc__ = f"What the kernel of :class:`{cls.__name__}` is given."
+    lines = [f"What the kernel of :class:`{cls.__name__}` is given.", "", "Attributes", "----------"]
+    for name, hint in fields:
+        lines += [f"{name} : {inspect.formatannotation(hint)}", f"    {cls._declared[name].text}"]
+    made.__doc__ = "\n".join(lines)
     return made
 
 

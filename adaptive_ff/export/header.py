@@ -6,32 +6,22 @@ from adaptive_ff.adaptive.settings import LARGEST_REGRESSOR
 from adaptive_ff.export.buffer import HEADER
 from adaptive_ff.export.export import Export
 from adaptive_ff.export.leaves import Leaf
+from adaptive_ff.export.rendering import rendered
 from adaptive_ff.export.sample import optional_inputs, unchecked_inputs
 from adaptive_ff.export.tables import arrays_of
 from adaptive_ff.export.units import estimate_unit
 from controllers.kernels.comments import block_comment, joined
 
-USE = """{title}
-
-Written by adaptive-ff {version} from the Python kernels of the class {cls}; change those rather than this.
-
-No heap, no globals, no recursion; every loop has a fixed length. Any number of controllers may run, each in a variable
-of its own, which may be copied. Numbers are in SI units.
-
-    {prefix}_Controller controller;
-    {prefix}_init(&controller);
-    {prefix}_Inputs inputs = {prefix}_default_inputs();
-    inputs.reference = ...; inputs.velocity = ...;     each sampling period
-    {prefix}_Output output;
-    {prefix}_step(&controller, &inputs, &output);      output.torque is finite
-"""
-
 
 def header(export: Export) -> str:
     """Return the header."""
     prefix, upper = export.prefix, export.upper
-    use = USE.format(
-        title=export.title, version=version("adaptive-ff"), cls=type(export.controller).__name__, prefix=prefix
+    use = rendered(
+        "header_comment.txt",
+        title=export.title,
+        version=version("adaptive-ff"),
+        cls=type(export.controller).__name__,
+        prefix=prefix,
     )
     real = export.precision.real
     return joined(

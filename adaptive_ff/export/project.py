@@ -7,29 +7,12 @@ from adaptive_ff.export.errors import exporting
 from adaptive_ff.export.export import Export
 from adaptive_ff.export.fmu import fmu
 from adaptive_ff.export.header import header
+from adaptive_ff.export.rendering import rendered
 from adaptive_ff.export.selftest import example, self_test
 from adaptive_ff.export.source import source
 from adaptive_ff.files import staged
 from controllers import Controller
 from controllers.checks import checked_switch
-
-CMAKE = """cmake_minimum_required(VERSION 3.10)
-project({prefix} C)
-set(CMAKE_C_STANDARD 99)
-set(CMAKE_C_EXTENSIONS OFF) # GNU mode may contract products and sums, and results would depend on the machine
-add_library({prefix} STATIC {prefix}.c)
-target_include_directories({prefix} PUBLIC ${{CMAKE_CURRENT_SOURCE_DIR}})
-find_library(MATH m)
-if(MATH)
-  target_link_libraries({prefix} PUBLIC ${{MATH}})
-endif()
-add_executable({prefix}_example main.c)
-target_link_libraries({prefix}_example {prefix})
-add_executable({prefix}_selftest {prefix}_selftest.c)
-target_link_libraries({prefix}_selftest {prefix})
-enable_testing()
-add_test(NAME {prefix}_selftest COMMAND {prefix}_selftest)
-"""
 
 
 def project_files(export: Export) -> dict[str, str]:
@@ -40,7 +23,7 @@ def project_files(export: Export) -> dict[str, str]:
         f"{prefix}.c": source(export),
         f"{prefix}_selftest.c": self_test(export),
         "main.c": example(export),
-        "CMakeLists.txt": CMAKE.format(prefix=prefix),
+        "CMakeLists.txt": rendered("CMakeLists.txt", prefix=prefix),
     }
 
 

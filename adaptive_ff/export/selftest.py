@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 
 from adaptive_ff.export.export import Export
+from adaptive_ff.export.rendering import rendered
 from controllers import feedback_state
 from controllers.interface import inertia_of
 from controllers.kernels.names import c_name
@@ -16,101 +17,8 @@ In single precision 2.0e-5 was measured at most for the adaptive controllers, wh
 (``single.IN_SINGLE``; 1.6e-6 with that of double precision), and 1.3e-5 for the others.
 """
 
-SELF_TEST = """/* Test of {prefix}.c on a machine: a run recorded in Python in double precision, repeated here.
- *
- * Prints the largest difference of an output as a share of the largest torque; the status is 1 beyond the tolerance.
- * On x86-64 with glibc and in double precision the difference is zero.
- */
-#include "{prefix}.h"
-
-#include <math.h>
-#include <stdio.h>
-
-#define SAMPLES {samples}
-#define TOLERANCE {tolerance}
-#define LARGEST {largest}
-
-/* {columns} */
-static const {real} INPUTS[SAMPLES][{width}] = {{
-{inputs}
-}};
-
-/* {outputs_columns} */
-static const {real} OUTPUTS[SAMPLES][{outputs_width}] = {{
-{outputs}
-}};
-
-int main(void)
-{{
-    static {prefix}_Controller controller;
-    static unsigned char buffer[{upper}_STATE_SIZE];
-    double worst = 0.0;
-    {prefix}_init(&controller);
-    for (int k = 0; k < SAMPLES; k++) {{
-        if (k == SAMPLES / 2) {{ /* a saved state goes on where it was */
-            if ({prefix}_save_state(&controller, buffer, sizeof buffer) != {upper}_OK) {{
-                return 1;
-            }}
-            {prefix}_init(&controller);
-            if ({prefix}_load_state(&controller, buffer, sizeof buffer) != {upper}_OK) {{
-                return 1;
-            }}
-        }}
-        {prefix}_Inputs inputs = {prefix}_default_inputs();
-        {prefix}_Output output = {{0}};
-{given}
-        if ({prefix}_step(&controller, &inputs, &output) != {upper}_OK) {{
-            return 1;
-        }}
-        const double found[] = {{{found}}};
-        for (int i = 0; i < {outputs_width}; i++) {{
-            const double difference = fabs(found[i] - (double)OUTPUTS[k][i]) / LARGEST;
-            if (!(difference <= worst)) {{
-                worst = difference; /* also where it is not a number */
-            }}
-        }}
-    }}
-    printf("largest difference %.3g of the largest torque, allowed %.3g\\n", worst, TOLERANCE);
-    return worst <= TOLERANCE ? 0 : 1;
-}}
-"""
-
 SAMPLES_TO_FOLLOW = 5.0
 """Time constant of the example's loop where the controller names no inertia, sampling periods."""
-
-EXAMPLE = """/* The controller in the loop of a drive: here an inertia stands for the machine. */
-#include "{prefix}.h"
-
-#include <math.h>
-#include <stdio.h>
-
-int main(void)
-{{
-    static {prefix}_Controller controller;
-    {real} velocity = {zero};
-    {real} given = {zero};
-    {prefix}_init(&controller);
-    for (int k = 0; k < 500; k++) {{
-        const double time = k * (double){upper}_PERIOD;
-        {prefix}_Inputs inputs = {prefix}_default_inputs();
-        inputs.reference = ({real})(0.2 * sin(time));
-        inputs.next_reference = ({real})(0.2 * sin(time + (double){upper}_PERIOD));
-        inputs.velocity = velocity; /* from the encoder; NAN where the reading failed */
-        inputs.realised_torque = given; /* in the last period: of a drive that may saturate */
-        {prefix}_Output output;
-        if ({prefix}_step(&controller, &inputs, &output) != {upper}_OK) {{
-            return 1; /* an input was not finite: keep the last torque, or brake */
-        }}
-        /* output.torque goes to the drive for the coming period */
-        given = output.torque;
-        velocity += {upper}_PERIOD * given / ({real}){inertia};
-        if (k % 100 == 99) {{
-            printf("%5.2f s: %8.4f of %8.4f rad/s\\n", time, (double)velocity, (double)inputs.reference);
-        }}
-    }}
-    return 0;
-}}
-"""
 
 
 def self_test(export: Export) -> str:
@@ -119,7 +27,8 @@ def self_test(export: Export) -> str:
     outputs = [name for name, _ in export.output.fields]
     torques = recording.outputs[np.isfinite(recording.outputs)]
     tolerance = TOLERANCE[export.single]
-    return SELF_TEST.format(
+    return rendered(
+        "selftest.c",
         prefix=export.prefix,
         upper=export.upper,
         real=export.precision.real,
@@ -145,7 +54,8 @@ def _rows(export: Export, table: Any) -> str:
 
 def example(export: Export) -> str:
     """Return a program that runs the controller in a loop."""
-    return EXAMPLE.format(
+    return rendered(
+        "main.c",
         prefix=export.prefix,
         upper=export.upper,
         real=export.precision.real,

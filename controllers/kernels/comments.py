@@ -58,6 +58,17 @@ def section(value: Any, title: str) -> dict[str, str]:
     return described
 
 
+def described(kind: type) -> dict[str, str]:
+    """Return what is said of each field of a named tuple, in its docstring or beside the field in its source."""
+    found = section(kind, "Attributes")
+    try:
+        source = inspect.getsource(kind)
+    except (OSError, TypeError):  # a class that a function has made
+        return found
+    beside = re.findall(r"^    (\w+): [^#\n]*# (.*)$", source, re.MULTILINE)
+    return {**{name: f"{text[0].upper()}{text[1:].rstrip('.')}." for name, text in beside}, **found}
+
+
 def unit(description: str) -> str:
     """Return the unit that a description of a quantity names, such as ``rad/s``; empty where there is none."""
     found = UNIT.search(description)

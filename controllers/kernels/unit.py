@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from controllers.kernels.calls import Calls
-from controllers.kernels.comments import WIDTH, block_comment, section, summary
+from controllers.kernels.comments import WIDTH, block_comment, described, summary
 from controllers.kernels.errors import NotTranslatable
 from controllers.kernels.functions import Function, translate_function
 from controllers.kernels.literals import Precision
@@ -122,10 +122,10 @@ class Unit:
         return f"{self.prefix}_{getattr(kind.element, 'name', 'tuple')}_tuple{kind.length}"
 
     def _record_text(self, kind: Record, name: str) -> str:
-        described = section(kind.origin, "Attributes") if kind.origin and self.fixed else {}
+        texts = described(kind.origin) if kind.origin and self.fixed else {}
         lines = []
         for field, item in kind.fields:
-            text = described.get(field, "")
+            text = texts.get(field, "")
             declared = self.declaration(item, c_name(field))
             beside = f"    {declared}; /* {text} */"
             if text and len(beside) <= WIDTH and "*/" not in text:
