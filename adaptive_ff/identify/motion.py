@@ -46,7 +46,7 @@ class Tuning(NamedTuple):
     """... or over the noise of the velocity."""
     standstill_share: float = 0.2
     """Weight of standstill in a row, behind the filter, from which on the row is left out."""
-    oversampling: float = 12.0
+    oversampling: float = 6.0
     """Samples kept in a cycle of the wide filter."""
 
 

@@ -193,8 +193,20 @@ def _read_parquet(path: Path, wanted: Collection[str]) -> Content:
     with parquet.ParquetFile(path) as file:
         rows, names = file.metadata.num_rows, file.schema_arrow.names
         table = file.read(columns=[name for name in wanted if name in names])
-    arrays = {name: table.column(name).to_numpy() for name in table.column_names}
-    return Content(dict.fromkeys(names, (rows,)), arrays)
+    arrays = {name: _parquet_column(table.column(name)) for name in table.column_names}
+    shapes: dict[str, tuple[int, ...]] = dict.fromkeys(names, (rows,))
+    return Content(shapes | {name: array.shape for name, array in arrays.items()}, arrays)
+
+
+def _parquet_column(column: Any) -> NDArray[Any]:
+    """Return a column as an array; of lists of one length, as LeRobot writes vectors, of two axes."""
+    if not str(column.type).startswith(("list", "large_list", "fixed_size_list")):
+        return np.asarray(column.to_numpy())
+    rows = column.to_pylist()
+    width = max((len(row) for row in rows if row is not None), default=0)
+    if any(row is not None and len(row) != width for row in rows):
+        raise InputError(f"a column of lists has rows of several lengths, up to {width}; they must be alike")
+    return np.array([[np.nan] * width if row is None else row for row in rows], dtype=float)
 
 
 def _read_mcap(path: Path, wanted: Collection[str]) -> Content:

@@ -32,6 +32,37 @@ EVEN = 1.5
 """Rows within which new values that are sampled evenly, by a clock of their own, lie about a straight line."""
 
 
+REPEATED = 0.3
+"""Share of the rows that repeat the row before in all series, from which on they are taken for no new samples."""
+
+
+def without_repeated_rows(log: Log) -> tuple[Log, list[str]]:
+    """Return a log without rows in which neither motion nor torque is new, and what was done.
+
+    A logger that asks faster than the machine answers writes the same sample several times, in no fixed rhythm. While
+    the joint stands, rows stay as far apart as new ones are otherwise, so that there is no gap.
+    """
+    same = (log.torque[1:] == log.torque[:-1]) & (log.motion[1:] == log.motion[:-1])
+    if same.size == 0 or float(np.mean(same)) < REPEATED:
+        return log, []
+    new = np.concatenate([[0], np.flatnonzero(~same) + 1])
+    steps = np.diff(log.time[new])
+    if new.size < FEWEST_CHANGES or not np.all(np.isfinite(log.time)) or np.any(np.diff(log.time) <= 0.0):
+        return log, []
+    usual = float(np.median(steps))
+    kept = [new]
+    for place in np.flatnonzero(steps > WIDE * usual):
+        begin, end = log.time[new[place]], log.time[new[place + 1]]
+        between = np.searchsorted(log.time, np.arange(begin + usual, end - 0.5 * usual, usual))
+        kept.append(between[(between > new[place]) & (between < new[place + 1])])
+    rows = np.unique(np.concatenate(kept))
+    if rows.size > (1.0 - 0.5 * REPEATED) * log.time.size:
+        return log, []
+    left = log.time.size - rows.size
+    said = f"{left} rows left out: they repeat the sample before, which comes every {1e3 * usual:.4g} ms"
+    return log.part(rows), [said]
+
+
 class Held(NamedTuple):
     """Rows of a series that is held.
 

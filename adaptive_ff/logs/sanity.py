@@ -15,7 +15,7 @@ from adaptive_ff.logs.clipping import clipped_torque
 from adaptive_ff.logs.clock import with_clear_clock
 from adaptive_ff.logs.column_units import foreign_unit, unit_of_other_axis
 from adaptive_ff.logs.defects import GAP, Skipped, median_step, runs
-from adaptive_ff.logs.held_rows import without_held_rows
+from adaptive_ff.logs.held_rows import without_held_rows, without_repeated_rows
 from adaptive_ff.logs.log import Array, Log
 from adaptive_ff.logs.missing_values import without_missing_values
 from adaptive_ff.logs.outliers import without_outliers
@@ -94,6 +94,8 @@ def look_through(log: Log, *, linear: bool = False) -> Sound:
         The sample time is a second or more.
     """
     log, said = with_clear_clock(log)
+    log, repeated = without_repeated_rows(log)
+    said += repeated
     log, rates, ends = with_one_rate(log, median_step(log))  # of the clock as it was recorded
     log, missing = without_missing_values(log)
     log, wrapped = _unwrapped(log, linear=linear)
