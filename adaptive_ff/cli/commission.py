@@ -42,7 +42,9 @@ def commission_command(
             "current) instead of a simulated recording."
         ),
     ] = None,
-    time_column: Annotated[str | None, typer.Option(help="Column of the log's time, s.")] = None,
+    time_column: Annotated[
+        str | None, typer.Option("--time-column", "--time", help="Column of the log's time, s.")
+    ] = None,
     position_column: Annotated[str | None, typer.Option(help="Column of its position, rad.")] = None,
     velocity_column: Annotated[
         str | None, typer.Option(help="Column of its velocity, rad/s, instead of a position.")
@@ -53,10 +55,20 @@ def commission_command(
     torque_constant: TorqueConstant = None,
     torque_delay: TorqueDelay = None,
     period: Annotated[float, typer.Option(help="Period of the exciting motion, s.")] = 10.0,
-    position: Annotated[float | None, typer.Option(help="Largest distance of the motion from its start, rad.")] = None,
-    velocity: Annotated[float | None, typer.Option(help="Largest velocity, rad/s; chosen if not given.")] = None,
-    acceleration: Annotated[float | None, typer.Option(help="Largest acceleration, rad/s^2.")] = None,
-    torque: Annotated[float | None, typer.Option(help="Largest torque, N m; 0.7 of the drive's if not given.")] = None,
+    position: Annotated[
+        float | None,
+        typer.Option("--position", "--max-position", help="Largest distance of the motion from its start, rad."),
+    ] = None,
+    velocity: Annotated[
+        float | None, typer.Option("--velocity", "--max-velocity", help="Largest velocity, rad/s; chosen if not given.")
+    ] = None,
+    acceleration: Annotated[
+        float | None, typer.Option("--acceleration", "--max-acceleration", help="Largest acceleration, rad/s^2.")
+    ] = None,
+    torque: Annotated[
+        float | None,
+        typer.Option("--torque", "--max-torque", help="Largest torque, N m; 0.7 of the drive's if not given."),
+    ] = None,
     out: Annotated[Path, typer.Option(help="Folder for all that is found.")] = Path("commissioned"),
     json: JsonCopy = None,
     formats: Formats = "png",

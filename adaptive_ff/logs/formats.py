@@ -1,4 +1,4 @@
-"""Named arrays in the file formats that logs come in: CSV, NPZ, MAT, HDF5, Parquet and MCAP.
+"""Named arrays in the file formats that logs come in: CSV, NPZ, MAT, HDF5, Parquet, MCAP and bags.
 
 Each reader takes a path and the wanted names. It returns the shapes of all arrays there are, and those arrays that are
 wanted: only these are read into memory.
@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from scipy import io
 
 from adaptive_ff.errors import InputError
+from adaptive_ff.logs.bag_files import read_bag
 from adaptive_ff.logs.mcap_files import read_mcap
 from adaptive_ff.logs.text_tables import NO_TEXT, read_table
 
@@ -214,6 +215,11 @@ def _read_mcap(path: Path, wanted: Collection[str]) -> Content:
     return Content(*read_mcap(path, wanted, reader, ros2))
 
 
+def _read_bag(path: Path, wanted: Collection[str]) -> Content:
+    anyreader, typesys = (_library(name, "rosbags", path) for name in ("rosbags.highlevel", "rosbags.typesys"))
+    return Content(*read_bag(path, wanted, anyreader, typesys))
+
+
 def _library(name: str, extra: str, path: Path) -> Any:
     try:
         return importlib.import_module(name)
@@ -226,8 +232,6 @@ def _library(name: str, extra: str, path: Path) -> Any:
 
 HINTS = {
     ".npy": "; save it as NPZ, numpy.savez(FILE, data=ARRAY), of which data[0] is a series",
-    ".bag": "; write it as CSV first: rostopic echo -b FILE -p TOPIC",
-    ".db3": "; write it as MCAP first, ros2 bag convert, or as CSV, such as with PlotJuggler",
     ".xlsx": "; save the sheet as CSV",
     ".xls": "; save the sheet as CSV",
 }
@@ -244,5 +248,7 @@ READERS: dict[str, Callable[[Path, Collection[str]], Content]] = {
     ".hdf5": _read_hdf5,
     ".parquet": _read_parquet,
     ".mcap": _read_mcap,
+    ".bag": _read_bag,
+    ".db3": _read_bag,
 }
 """Readers by the ending of the file's name."""

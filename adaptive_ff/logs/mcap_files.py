@@ -8,6 +8,7 @@ their own, so time, motion and torque must be of one topic.
 
 import json
 from collections.abc import Callable, Collection, Iterator, Mapping
+from dataclasses import fields, is_dataclass
 from pathlib import Path
 from typing import Any
 
@@ -78,7 +79,7 @@ def read_mcap(
         for topic in usable:
             names = [name for name in wanted if name in shapes and name.startswith(f"{topic}.")]
             if names:
-                arrays.update(_collect(path, _messages(reader, whole[topic]), names))
+                arrays.update(collect(path, _messages(reader, whole[topic]), names))
     return shapes, arrays
 
 
@@ -90,10 +91,10 @@ def _messages(reader: Any, topic: str) -> Iterator[Series]:
     """Return the numbers of each message of a topic, by name."""
     for _, channel, message, content in reader.iter_decoded_messages(topics=[topic]):
         prefix = _bare(channel.topic)
-        yield {f"{prefix}.{LOG_TIME}": np.asarray(message.log_time * NANO), **dict(_numbers(content, prefix))}
+        yield {f"{prefix}.{LOG_TIME}": np.asarray(message.log_time * NANO), **dict(numbers(content, prefix))}
 
 
-def _numbers(content: Any, prefix: str) -> Iterator[tuple[str, NDArray[Any]]]:
+def numbers(content: Any, prefix: str) -> Iterator[tuple[str, NDArray[Any]]]:
     """Return all numbers in a message, and arrays of them, by name."""
     members = _members(content)
     if members is None:
@@ -104,18 +105,21 @@ def _numbers(content: Any, prefix: str) -> Iterator[tuple[str, NDArray[Any]]]:
         yield prefix, np.asarray(members["sec"] + NANO * members["nanosec"])
     else:
         for name, member in members.items():
-            yield from _numbers(member, f"{prefix}.{name}")
+            yield from numbers(member, f"{prefix}.{name}")
 
 
 def _members(content: Any) -> Mapping[str, Any] | None:
     """Return the members of a message; None where it has none."""
     if isinstance(content, Mapping):
         return content
+    if is_dataclass(content):
+        return {field.name: getattr(content, field.name) for field in fields(content)}
     slots = getattr(type(content), "__slots__", None)
     return {name: getattr(content, name) for name in slots} if slots else None
 
 
-def _collect(path: Path, messages: Iterator[Series], names: list[str]) -> Series:
+def collect(path: Path, messages: Iterator[Series], names: list[str]) -> Series:
+    """Return the wanted series of messages, which must have one length throughout."""
     rows: dict[str, list[NDArray[Any]]] = {name: [] for name in names}
     for message in messages:
         for name in names:
