@@ -1,8 +1,6 @@
 from .checks import check_positive as check_positive
 from .compiled import compiled as compiled
-from .compiled import compiled_in_place as compiled_in_place
 from .compiled import compiles as compiles
-from .compiled import dispatched as dispatched
 from .compiled import is_cached as is_cached
 from .declaration import argument as argument
 from .declaration import as_given as as_given
@@ -33,6 +31,7 @@ from .design.systems import loop_margins_of as loop_margins_of
 from .design.systems import loop_systems as loop_systems
 from .interface import Controller as Controller
 from .interface import feedback_state as feedback_state
+from .kernels.language import dispatched as dispatched
 from .kernels.language import natural as natural
 from .loops import DesignedLoop as DesignedLoop
 from .loops import Observing as Observing

@@ -16,7 +16,6 @@ from controllers.kernels.cache_directory import BUILT
 from controllers.kernels.compiler import NoCompiler, compiler
 from controllers.kernels.entry import entry_text, symbol_of
 from controllers.kernels.errors import NotTranslatable
-from controllers.kernels.language import dispatched as dispatched
 from controllers.kernels.library import is_kept, loaded
 from controllers.kernels.memory import Memory, structure
 from controllers.kernels.sources import read_kernel
@@ -39,9 +38,6 @@ def compiled(function: Function) -> Function:
         The plain function stays available as its attribute ``py_func``.
     """
     return Compiled(function) if compiles() else function  # type: ignore[return-value]
-
-
-compiled_in_place = compiled
 
 
 @cache

@@ -20,7 +20,7 @@ from collections.abc import Callable
 from typing import Any, NamedTuple, TypeVar
 
 from controllers.checks import check_finite, check_positive
-from controllers.compiled import dispatched
+from controllers.kernels.language import dispatched
 
 Estimator = TypeVar("Estimator", bound=type)
 

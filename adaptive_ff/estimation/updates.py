@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from adaptive_ff.estimation.quadratic import quadratic_form
 from adaptive_ff.estimation.spread import update_spread_in_place
-from controllers import compiled_in_place, dispatched
+from controllers import compiled, dispatched
 from controllers.arrays import MutableArray
 
 LARGEST_NUMBER = 1e100
@@ -183,7 +183,7 @@ def _single_update(
     return update_in_place(block, state, regressors, instruments, output, duration)
 
 
-single_update = compiled_in_place(_single_update)
+single_update = compiled(_single_update)
 
 
 def _run_updates(
@@ -204,4 +204,4 @@ def _run_updates(
     return state
 
 
-run_updates = compiled_in_place(_run_updates)
+run_updates = compiled(_run_updates)

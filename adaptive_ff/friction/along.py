@@ -11,7 +11,7 @@ from adaptive_ff.friction.columns import (
     initial_friction_state,
     write_columns,
 )
-from controllers import compiled_in_place
+from controllers import compiled
 
 
 def _write_along(
@@ -41,7 +41,7 @@ def _write_along(
     return state
 
 
-write_along = compiled_in_place(_write_along)
+write_along = compiled(_write_along)
 
 
 def columns_along(

@@ -3,7 +3,6 @@
 import math
 
 import numpy as np
-from numba.extending import register_jitable
 from numpy.typing import NDArray
 
 from adaptive_ff.friction.model import TorqueModel
@@ -52,7 +51,6 @@ def largest_lag(response: float) -> float:
     return max(LARGEST_LAG * response, LARGEST_LAG_AT_LEAST)
 
 
-@register_jitable
 def write_ranges(
     possible: NDArray[np.float64], torque: float, speed: float, ranges: NDArray[np.float64], loads: int = 0
 ) -> None:
@@ -86,14 +84,12 @@ def write_ranges(
         ranges[VISCOUS_ASYMMETRY, 0], ranges[VISCOUS_ASYMMETRY, 1] = -torque / speed, torque / speed
 
 
-@register_jitable
 def confine_in_place(estimate: NDArray[np.float64], ranges: NDArray[np.float64]) -> None:
     """Move an estimate to the nearest possible one, parameter by parameter."""
     for i in range(estimate.size):
         estimate[i] = min(max(estimate[i], ranges[i, 0]), ranges[i, 1])
 
 
-@register_jitable
 def torque_model(
     estimate: NDArray[np.float64],
     lag: float,
@@ -134,13 +130,11 @@ def torque_model(
     )
 
 
-@register_jitable
 def with_bristles(model: TorqueModel, presliding: float, micro_damping: float) -> TorqueModel:
     """Return the model with a presliding distance (rad) and the damping of the bristles (N m)."""
     return model._replace(presliding=presliding, micro_damping=micro_damping)
 
 
-@register_jitable
 def with_friction_times(model: TorqueModel, factor: float) -> TorqueModel:
     """Return the model with all its friction, but for the offset and the damping of bristles, times a factor."""
     return model._replace(
@@ -152,7 +146,6 @@ def with_friction_times(model: TorqueModel, factor: float) -> TorqueModel:
     )
 
 
-@register_jitable
 def write_model(model: TorqueModel, row: NDArray[np.float64], loads: int = 0) -> None:
     """Write the identified parameters of a model into a row of as many as are identified, but for its last, loads."""
     size = row.size - loads

@@ -25,7 +25,6 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba.extending import register_jitable
 
 from adaptive_ff.friction.model import adhesion_share
 from controllers.arrays import MutableArray, NDArray
@@ -131,7 +130,6 @@ class Curve(NamedTuple):
     hold: float
 
 
-@register_jitable
 def _follow_lag(
     lagged: MutableArray, place: int, slope_place: int, first: float, last: float, lag: float, duration: float
 ) -> tuple[float, float]:
@@ -154,7 +152,6 @@ def _follow_lag(
     return integral, total
 
 
-@register_jitable
 def _slide(
     hypothesis: Hypothesis,
     state: FrictionState,
@@ -188,7 +185,6 @@ def _slide(
         state.bent[i] = sign + away * math.exp(-path / hypothesis.distances[i])
 
 
-@register_jitable
 def write_columns(
     hypothesis: Hypothesis,
     state: FrictionState,
@@ -256,7 +252,6 @@ def write_columns(
     return FrictionState(state.lagged, state.bent, direction)
 
 
-@register_jitable
 def hold(state: FrictionState, fraction: float) -> FrictionState:
     """Let a joint at rest hold a fraction of its static friction, from -1 to 1."""
     for i in range(LAGS):
@@ -267,7 +262,6 @@ def hold(state: FrictionState, fraction: float) -> FrictionState:
     return state
 
 
-@register_jitable
 def _write_over_position(
     hypothesis: Hypothesis, position: float, sign: float, load: float, place: int, psi: MutableArray
 ) -> None:

@@ -27,8 +27,6 @@ reference does.
 import math
 from typing import NamedTuple
 
-from numba.extending import register_jitable
-
 from adaptive_ff.friction.model import TorqueModel, adhesion_share, directed_friction, friction_parts
 from adaptive_ff.friction.turning import held_speed, is_held
 from controllers import Inputs, acts_on_plan
@@ -81,7 +79,6 @@ def initial_feedforward_state() -> FeedforwardState:
     return FeedforwardState(0.0, 0.0, False, 0.0, 0.0, 0.0)
 
 
-@register_jitable
 def resting_friction(model: TorqueModel, friction: float, duration: float) -> tuple[float, float]:
     """Return integral (N m s) and end (N m) of the friction while the reference rests.
 
@@ -100,7 +97,6 @@ def resting_friction(model: TorqueModel, friction: float, duration: float) -> tu
     return integral, friction
 
 
-@register_jitable
 def released(model: TorqueModel, state: FeedforwardState, share: float, duration: float) -> FeedforwardState:
     """Return the state after a period (s) at rest of a joint that holds only a share of what it would hold.
 
@@ -116,7 +112,6 @@ def released(model: TorqueModel, state: FeedforwardState, share: float, duration
     return state._replace(friction=left)
 
 
-@register_jitable
 def lagged_ramp(friction: float, first: float, last: float, lag: float, duration: float) -> tuple[float, float]:
     """Return integral (N m s) and end (N m) of what follows a ramp with a lag.
 
@@ -140,7 +135,6 @@ def lagged_ramp(friction: float, first: float, last: float, lag: float, duration
     return integral, last + (friction - first) * (1.0 - settled) - rate * lag * settled
 
 
-@register_jitable
 def one_way_friction(
     model: TorqueModel, friction: float, start: float, end: float, duration: float, turned: float = 0.0
 ) -> tuple[float, float]:
@@ -174,7 +168,6 @@ def one_way_friction(
     return lagged_ramp(friction, first, last, model.friction_lag, duration)
 
 
-@register_jitable
 def bent_friction(model: TorqueModel, slip: float, adhesion: float, velocity: float, direction: float) -> float:
     """Return the friction behind the lag over the path, with the micro-damping, N m."""
     ratio = velocity / model.stribeck_velocity
@@ -184,7 +177,6 @@ def bent_friction(model: TorqueModel, slip: float, adhesion: float, velocity: fl
     return sliding + model.micro_damping * damping + one_sided
 
 
-@register_jitable
 def static_friction(model: TorqueModel, state: FeedforwardState, reference: float) -> float:
     """Return the friction without the temporal lag and the offset, N m, at a reference (rad/s) that is not zero."""
     if model.presliding > 0.0:
@@ -192,7 +184,6 @@ def static_friction(model: TorqueModel, state: FeedforwardState, reference: floa
     return directed_friction(model, abs(reference), reference)
 
 
-@register_jitable
 def exchange_model(
     state: FeedforwardState, old: TorqueModel, new: TorqueModel, reference: float, slip: float, adhesion: float
 ) -> FeedforwardState:
@@ -216,7 +207,6 @@ def exchange_model(
     return state._replace(friction=state.friction + change, slip=slip, adhesion=adhesion)
 
 
-@register_jitable
 def coming_plan(state: FeedforwardState, inputs: Inputs, delay: float) -> tuple[float, float]:
     """Return the plan at the start and at the end of the period in which a torque computed now will act, rad/s.
 
@@ -239,14 +229,12 @@ def coming_plan(state: FeedforwardState, inputs: Inputs, delay: float) -> tuple[
     return reference + shift, next_reference + shift
 
 
-@register_jitable
 def is_plan_at_rest(state: FeedforwardState, inputs: Inputs, delay: float) -> bool:
     """Tell whether the plan rests over the period in which a torque computed now will act; see :func:`coming_plan`."""
     start, end = coming_plan(state, inputs, delay)
     return start == 0.0 and end == 0.0
 
 
-@register_jitable
 def friction_along(
     model: TorqueModel,
     friction: float,
@@ -281,7 +269,6 @@ def friction_along(
     return total, friction, slip, adhesion
 
 
-@register_jitable
 def feedforward_parts(
     model: TorqueModel,
     state: FeedforwardState,
@@ -312,7 +299,6 @@ def feedforward_parts(
     return torque, integral / period, new
 
 
-@register_jitable
 def step_feedforward(
     model: TorqueModel,
     state: FeedforwardState,

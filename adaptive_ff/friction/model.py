@@ -13,8 +13,6 @@ stands beside the paper's friction and is zero where the joint is symmetric. The
 import math
 from typing import Any, NamedTuple, Self
 
-from numba.extending import register_jitable
-
 from controllers.checks import check_numbers
 
 
@@ -214,7 +212,6 @@ def unit_of(name: str) -> str:
     return "N m" if name.startswith((FURTHER, *RIPPLE)) else UNITS.get(name, "")
 
 
-@register_jitable
 def adhesion_share(speed: float, stribeck_velocity: float, stribeck_shape: float) -> float:
     """Return the share of stiction, ``exp(-(|w|/Vs)^delta)``, which is ``|h(w)|`` of (6).
 
@@ -230,7 +227,6 @@ def adhesion_share(speed: float, stribeck_velocity: float, stribeck_shape: float
     return math.exp(-(ratio**stribeck_shape))
 
 
-@register_jitable
 def friction_parts(model: TorqueModel, speed: float) -> tuple[float, float]:
     """Return what of the friction changes its sign with the direction, and what does not.
 
@@ -253,13 +249,11 @@ def friction_parts(model: TorqueModel, speed: float) -> tuple[float, float]:
     return opposing, model.stiction_asymmetry * share + model.viscous_asymmetry * speed
 
 
-@register_jitable
 def model_friction(model: TorqueModel, speed: float) -> float:
     """Friction torque (N m) at a sliding speed ``|w| >= 0`` (rad/s), equation (3): the mean of both directions."""
     return friction_parts(model, speed)[0]
 
 
-@register_jitable
 def directed_friction(model: TorqueModel, speed: float, direction: float) -> float:
     """Friction torque (N m) at a sliding speed (rad/s) in the direction of a signed number, without the offset."""
     opposing, one_sided = friction_parts(model, speed)

@@ -10,8 +10,6 @@ plan than the plan from zero.
 import math
 from typing import NamedTuple
 
-from numba.extending import register_jitable
-
 from adaptive_ff.friction.model import TorqueModel
 
 TURNED = 0.027
@@ -64,7 +62,6 @@ class Turning(NamedTuple):
     path: float
 
 
-@register_jitable
 def turning_of(model: TorqueModel, inertia: float, gain: float, period: float, unfit: float = 0.0) -> Turning:
     """Return when a reversed reference turns friction.
 
@@ -91,7 +88,6 @@ def turning_of(model: TorqueModel, inertia: float, gain: float, period: float, u
     return Turning(TURNED * throw, path)
 
 
-@register_jitable
 def is_held(friction: float, start: float, end: float, turned: float) -> bool:
     """Tell whether friction (N m) is held that is of the other direction than a motion that does not reverse.
 
@@ -100,7 +96,6 @@ def is_held(friction: float, start: float, end: float, turned: float) -> bool:
     return friction * (start + end) < 0.0 and max(abs(start), abs(end)) < turned
 
 
-@register_jitable
 def held_speed(turned: float, touched: float, last: float, before: float, start: float, end: float) -> float:
     """Return the speed up to which friction is held over a period, rad/s.
 

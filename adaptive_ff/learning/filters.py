@@ -7,11 +7,9 @@ step may vary from sample to sample without error. A held input is the case ``r 
 import math
 
 import numpy as np
-from numba.extending import register_jitable
 from numpy.typing import NDArray
 
 
-@register_jitable
 def advance_filter_in_place(
     state: NDArray[np.float64], pole: float, decay: float, start: float, end: float, duration: float
 ) -> None:
@@ -39,14 +37,12 @@ def advance_filter_in_place(
     state[1] = rate + decay * (-pole * step * value + (1.0 - step) * slope)
 
 
-@register_jitable
 def second_derivative(state: NDArray[np.float64], pole: float, value: float) -> float:
     """Return the filtered second derivative of a signal whose present value is given."""
     derivative: float = pole * pole * (value - state[0]) - 2.0 * pole * state[1]
     return derivative
 
 
-@register_jitable
 def filter_decay(pole: float, duration: float) -> float:
     """Return ``exp(-p duration)``."""
     return math.exp(-pole * duration)

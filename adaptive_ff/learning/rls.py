@@ -18,7 +18,6 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba.extending import register_jitable
 from numpy.typing import NDArray
 
 from controllers.arrays import MutableArray
@@ -47,7 +46,6 @@ def initial_rls_state(first: NDArray[np.float64], covariance: NDArray[np.float64
     return RLSState(first.copy(), covariance.copy(), np.zeros(first.size))
 
 
-@register_jitable
 def trace(matrix: NDArray[np.float64]) -> float:
     """Return the sum of the diagonal of a square matrix."""
     total = 0.0
@@ -56,7 +54,6 @@ def trace(matrix: NDArray[np.float64]) -> float:
     return total
 
 
-@register_jitable
 def begin_anew_in_place(state: RLSState, variance: float) -> bool:
     """Begin with an estimate of zero and a covariance of a multiple of the identity where one is not finite.
 
@@ -78,7 +75,6 @@ def begin_anew_in_place(state: RLSState, variance: float) -> bool:
     return True
 
 
-@register_jitable
 def write_projection(
     estimate: NDArray[np.float64],
     covariance: NDArray[np.float64],
@@ -100,7 +96,6 @@ def write_projection(
     return error, denominator
 
 
-@register_jitable
 def update_rls_in_place(
     state: RLSState, regressors: NDArray[np.float64], output: float, forgetting_factor: float
 ) -> float:

@@ -13,7 +13,6 @@ Used here: ``a1 = (2 J tau + J Ts)/D``, ``b0 = (Ts^2 + tau Ts)/D``, ``b1 = tau T
 from typing import NamedTuple
 
 import numpy as np
-from numba.extending import register_jitable
 from numpy.typing import NDArray
 
 from adaptive_ff.friction.model import TorqueModel, adhesion_share
@@ -46,7 +45,6 @@ def series_coefficients(model: TorqueModel, period: float) -> SeriesCoefficients
     )
 
 
-@register_jitable
 def series_regressors(
     row: NDArray[np.float64],
     velocities: tuple[float, float],
@@ -83,7 +81,6 @@ def series_regressors(
     row[5] = -sign * share  # h, (6)
 
 
-@register_jitable
 def write_physical(coefficients: NDArray[np.float64], period: float, row: NDArray[np.float64]) -> bool:
     """Map coefficients of (4) to physical parameters.
 

@@ -5,10 +5,7 @@ torque is, and an equation taken there is false; a filter remembers it for a few
 closes at low speed and opens a hold time after.
 """
 
-from numba.extending import register_jitable
 
-
-@register_jitable
 def sliding_time(
     elapsed: float, velocity: float, reference: float, valid: bool, slowest: float, duration: float
 ) -> float:

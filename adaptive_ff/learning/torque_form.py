@@ -17,7 +17,6 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numba.extending import register_jitable
 from numpy.typing import NDArray
 
 from adaptive_ff.friction.model import ESTIMATED, WITH_OFFSET, adhesion_share
@@ -86,7 +85,6 @@ def initial_signals(parameters: int = len(ESTIMATED)) -> Signals:
     return Signals(np.zeros((4 if parameters <= len(WITH_OFFSET) else 6, 2)), 0.0, np.zeros((2, 2)))
 
 
-@register_jitable
 def settle_signals_in_place(form: TorqueForm, signals: Signals, velocity: float) -> Signals:
     """Return the filters of a joint that has moved at a velocity (rad/s) for long, under an unknown torque."""
     share = adhesion_share(abs(velocity), form.stribeck_velocity, form.stribeck_shape)
@@ -124,7 +122,6 @@ class Bending(NamedTuple):
     last: float
 
 
-@register_jitable
 def bending_of(form: TorqueForm, start: float, end: float, duration: float) -> Bending:
     """Return a motion from a velocity to another (rad/s) in a duration (s) as bristles see it."""
     speed, first, last = 0.5 * abs(start + end), start / form.stribeck_velocity, end / form.stribeck_velocity
@@ -137,7 +134,6 @@ def bending_of(form: TorqueForm, start: float, end: float, duration: float) -> B
     )
 
 
-@register_jitable
 def advance_bent_in_place(
     bent: NDArray[np.float64], distance: float, bending: Bending, pole: float, decay: float, duration: float
 ) -> None:
@@ -155,7 +151,6 @@ def advance_bent_in_place(
     bent[BENT, 0], bent[BENT, 1] = slip, adhesion
 
 
-@register_jitable
 def advance_friction_in_place(form: TorqueForm, signals: Signals, start: float, end: float, duration: float) -> None:
     """Advance the filters of ``g`` and ``h``, and of ``|h|`` and ``|w|``, over a motion that does not reverse."""
     if duration <= 0.0:
@@ -185,7 +180,6 @@ def advance_friction_in_place(form: TorqueForm, signals: Signals, start: float, 
         advance_filter_in_place(signals.filters[FILTER_SPEED], form.pole, decay, abs(start), abs(end), duration)
 
 
-@register_jitable
 def advance_signals_in_place(
     form: TorqueForm, signals: Signals, torque: float, velocity: float, duration: float
 ) -> Signals:
@@ -222,7 +216,6 @@ def advance_signals_in_place(
     return Signals(signals.filters, velocity, signals.bent)
 
 
-@register_jitable
 def write_regressors(form: TorqueForm, signals: Signals, row: NDArray[np.float64]) -> float:
     """Write the regressors into a row, and return the regressed torque ``u_f``, N m.
 

@@ -9,7 +9,7 @@ from adaptive_ff.friction.along import columns_along
 from adaptive_ff.friction.columns import Curve, Hypothesis
 from adaptive_ff.identify.motion import Array, Rows
 from adaptive_ff.learning.rls import RLSState, initial_rls_state, update_rls_in_place
-from controllers import compiled_in_place
+from controllers import compiled
 from controllers.arrays import NDArray
 
 COLUMNS = ("inertia", "viscous", "coulomb", "stiction", "slow_coulomb", "soft_coulomb")
@@ -118,7 +118,7 @@ def _learn(
     return level
 
 
-learn_in_place = compiled_in_place(_learn)
+learn_in_place = compiled(_learn)
 
 
 def learn(

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from adaptive_ff.scenario.series import blocks
-from controllers.compiled import compiled_in_place
+from controllers.compiled import compiled
 
 Array = NDArray[np.float64]
 
@@ -47,7 +47,7 @@ def _add_sine(weight: float, sine: Array, cosine: Array, inner_sine: Array, inne
             table[row, place] += weight * value
 
 
-add_sine = compiled_in_place(_add_sine)
+add_sine = compiled(_add_sine)
 """Add a weighted sine to a table: of the angle at which each row begins plus that of each place in a row.
 
 Compiled, for in numpy outer products and sums of rows take four times as long, a twentieth of a drawn joint.

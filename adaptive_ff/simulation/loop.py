@@ -8,8 +8,6 @@ import math
 from contextlib import suppress
 from typing import Any, NamedTuple
 
-from numba.extending import register_jitable
-
 from adaptive_ff.simulation.experiment import Course, Record
 from controllers import (
     INLINED,
@@ -17,7 +15,7 @@ from controllers import (
     Inputs,
     Native,
     PositionLoopState,
-    compiled_in_place,
+    compiled,
     compiles,
     dispatched,
     estimate_velocity,
@@ -148,7 +146,6 @@ class Position(NamedTuple):
     reading: float
 
 
-@register_jitable
 def is_plain(course: Course) -> bool:
     """Tell whether the last command acts as it is, on friction that only jumps: one test a step instead of five."""
     actuator = course.actuator
@@ -156,20 +153,17 @@ def is_plain(course: Course) -> bool:
     return as_given and not course.plan.varies and course.gravity.amplitude == 0.0
 
 
-@register_jitable
 def next_change(plan: FrictionSchedule, phase: int) -> int:
     """Return the solver step at which the next phase begins; after the last phase, one that no run comes to."""
     return plan.starts[phase + 1] if phase + 1 < plan.starts.size else NEVER
 
 
-@register_jitable
 def joint_of_phase(course: Course, phase: int) -> tuple[Any, Any]:
     """Return the joint of a phase without what scales its friction, and with that, ready to be stepped."""
     changed = change_joint(course.joint, phase_change(course.plan, phase))
     return changed, ready_joint(scale_joint(changed, course.plan.scales[phase]), course.solver_period)
 
 
-@register_jitable
 def read_sensor(course: Course, motion: Any, sample: int, last: float) -> float:
     """Return what the sensor reads, rad of an encoder and else rad/s; the last reading where it holds that."""
     if course.held[sample]:
@@ -180,7 +174,6 @@ def read_sensor(course: Course, motion: Any, sample: int, last: float) -> float:
     return speed + course.noise[sample]  # type: ignore[no-any-return]
 
 
-@register_jitable
 def inputs_at(
     course: Course, sample: int, velocity: float, position: float, correction: float, realised: float, elapsed: float
 ) -> Inputs:
@@ -217,7 +210,6 @@ def inputs_at(
     )
 
 
-@register_jitable
 def acting_command(course: Course, acting: int, sample: int, step: int) -> int:
     """Return the sample whose command acts at a solver step of a sample, after the one that has acted."""
     while acting < sample and course.samples[acting + 1] + course.delay <= step:
@@ -225,7 +217,6 @@ def acting_command(course: Course, acting: int, sample: int, step: int) -> int:
     return acting
 
 
-@register_jitable
 def torque_at_joint(actuator: ActuatorParameters, torque: float, position: float) -> float:
     """Return what reaches the joint of a torque (N m) of the drive: its constant is off, and it has a ripple."""
     torque *= actuator.gain
@@ -340,7 +331,7 @@ def run_plain(
     )
 
 
-run_in_memory = compiled_in_place(run_plain)
+run_in_memory = compiled(run_plain)
 """The loop, compiled, of a controller in memory: of its parameters a ``NativeParameters``, of its state nothing.
 
 Of a controller in ``INLINED`` it takes parameters and state themselves, and is compiled once more.

@@ -12,7 +12,7 @@ from adaptive_ff import export_controller, run_in_c
 from benchmarks.export.driver import build, found, random_inputs, run, write_sources
 from benchmarks.export.rows import Row, skipped
 from benchmarks.export.variants import SEED, adaptive
-from controllers import Inputs, compiled_in_place, step
+from controllers import Inputs, compiled, step
 
 CLOCK = time.process_time
 LARGEST_RATIO = 1.2
@@ -27,7 +27,7 @@ def _run_series(block: Any, state: Any, rows: NDArray[np.float64], torques: NDAr
     return state
 
 
-run_series = compiled_in_place(_run_series)
+run_series = compiled(_run_series)
 
 
 def steps(samples: int, repeats: int) -> list[Row]:

@@ -15,7 +15,7 @@ from scipy.optimize import least_squares, minimize_scalar
 
 from adaptive_ff.simulation.loop import step_joint
 from benchmarks.friction.record import PreslidingRecord
-from controllers.compiled import compiled_in_place
+from controllers.compiled import compiled
 from plant import ElastoPlasticJoint, LuGreJoint, MaxwellJoint, RollingJoint, initial_state
 
 HEAVY = 1e12
@@ -32,7 +32,7 @@ def _push(joint: Any, state: Any, velocity: Any, period: Any, force: Any) -> Non
         force[k] = state.friction_torque
 
 
-push_along = compiled_in_place(_push)
+push_along = compiled(_push)
 
 
 def force_along(joint: Any, velocity: NDArray[np.float64], period: NDArray[np.float64]) -> NDArray[np.float64]:

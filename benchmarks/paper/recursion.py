@@ -10,7 +10,7 @@ from adaptive_ff.adaptive.learning.estimator_state import EstimatorParameters, E
 from adaptive_ff.learning.rls import RLSState, update_rls_in_place
 from adaptive_ff.learning.sliding_gate import sliding_time
 from adaptive_ff.learning.torque_form import Signals, advance_signals_in_place, initial_signals
-from controllers import compiled, compiled_in_place
+from controllers import compiled
 
 Array = NDArray[np.float64]
 
@@ -112,4 +112,4 @@ def _torque_form_loop(
 
 
 rls_loop = compiled(_rls_loop)
-torque_form_loop = compiled_in_place(_torque_form_loop)
+torque_form_loop = compiled(_torque_form_loop)

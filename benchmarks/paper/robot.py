@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from adaptive_ff import load_scenario
 from adaptive_ff.simulation.experiment import Course, empty_record, lay_plain_course
 from adaptive_ff.simulation.loop import run_compiled, start_position
-from controllers import PI, Controller, compiled_in_place, pi_gains, planned_inputs, step, write_estimates
+from controllers import PI, Controller, compiled, pi_gains, planned_inputs, step, write_estimates
 from plant import JointParameters, JointState, step_joint
 
 Array = NDArray[np.float64]
@@ -186,5 +186,5 @@ def _run_model(
             state = JointState(measured[k], state.friction_torque, 0.0)
 
 
-run_watching = compiled_in_place(_run_watching)
-run_model = compiled_in_place(_run_model)
+run_watching = compiled(_run_watching)
+run_model = compiled(_run_model)
