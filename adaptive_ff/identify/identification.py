@@ -234,7 +234,7 @@ def _check_map(log: Log, periods: tuple[float, ...], hats: int, load: bool) -> N
     for period in periods:
         if not (math.isfinite(period) and period > 0.0):
             raise InputError(f"position_periods = {period:g} is not allowed: a period must be positive and finite")
-    if hats != int(hats) or hats < 0 or hats == 1:
+    if hats % 1 != 0 or hats < 0 or hats == 1:
         raise InputError(f"position_hats = {hats:g} is not allowed: it must be 0 or a whole number from 2 on")
     if periods and hats:
         raise InputError("position_periods and position_hats are both given; give one of them")
