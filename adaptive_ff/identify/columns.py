@@ -1,8 +1,10 @@
 """Unit torques of a motion: what each parameter of a joint takes of the torque when it is one."""
 
+import math
 from typing import NamedTuple
 
 import numpy as np
+from scipy import signal
 
 from adaptive_ff.friction.along import columns_along
 from adaptive_ff.friction.columns import COULOMB, PATHS, STICTION, Curve, Hypothesis
@@ -16,6 +18,9 @@ GRAVITY = ("gravity_sine", "gravity_cosine")
 
 DRY = frozenset({"coulomb", "stiction_excess", "load_friction"})
 """Terms of dry friction, beside those of a map of it."""
+
+VISCOUS = frozenset({"viscous", "viscous_asymmetry"})
+"""Terms of viscous friction, which follow with the lag as well, equation (1)."""
 
 NO_LAG, NO_SPEED = 1e-6, 1e-9
 """Friction lag, s, and Stribeck velocity, rad/s, of a model that has none."""
@@ -67,6 +72,10 @@ def unit_torques(rows: Rows, names: tuple[str, ...], shape: Shape, place: Map) -
     """Return the unit torques in the band at the rows that slide, one column a name."""
     dry = _dry(rows, shape, place) if any(name in DRY or name.startswith("friction_") for name in names) else {}
     columns = [dry[name] if name in dry else _unit(rows, name, place) for name in names]
+    columns = [
+        lagged(column, rows.period, shape.friction_lag) if name in VISCOUS else column
+        for name, column in zip(names, columns, strict=True)
+    ]
     return rows.filtered(np.column_stack(columns))[rows.slides]
 
 
@@ -78,6 +87,18 @@ def static_friction(velocity: Array, values: dict[str, float], shape: Shape) -> 
     return np.asarray(
         direction * dry + values.get("viscous", 0.0) * velocity + values.get("viscous_asymmetry", 0.0) * speed
     )
+
+
+def lagged(values: Array, period: float, lag: float) -> Array:
+    """Return what a first-order lag makes of a series, exact for one that is linear between samples."""
+    if lag <= 0.0:
+        return values
+    decay = math.exp(-period / lag)
+    share = lag / period * (1.0 - decay)
+    gains = [1.0 - share, share - decay]
+    state = np.array([values[0] - gains[0] * values[0]])
+    result: Array = signal.lfilter(gains, [1.0, -decay], values, zi=state)[0]
+    return result
 
 
 def _unit(rows: Rows, name: str, place: Map) -> Array:

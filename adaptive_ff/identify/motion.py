@@ -135,12 +135,13 @@ def spectrum(motion: Array, period: float, *, is_position: bool, tuning: Tuning 
     upper = frequency > 0.3 / period
     weight = float(np.sum(window**2))
     noise = float(np.median(power[upper] / gain[upper])) / math.log(2.0)
-    noise = max(noise, _lattice(motion) ** 2 / 12.0 * weight)
+    noise = max(noise, _rounding(motion) * weight)
     width = max(1, min(15, power.size // 20))
     smooth = np.convolve(power, np.ones(width) / width, "same")
     seen = np.where(smooth > 4.0 * noise * gain, np.maximum(power - noise * gain, 0.0), 0.0)
     if not seen.any():
         seen = power
+    seen[frequency >= _gap(frequency, seen)] = 0.0
     cumulated = np.cumsum(seen)
     motion, slow = (
         float(frequency[min(int(np.searchsorted(cumulated, share * cumulated[-1])), frequency.size - 1)])
@@ -160,15 +161,42 @@ def choose_band(found: Spectrum, period: float, tuning: Tuning = TUNING) -> floa
     return min(wanted, quiet, tuning.sampling_share / period)
 
 
-def _lattice(values: Array) -> float:
-    """Return the step of the lattice that values are rounded to; zero where there is none."""
+def _gap(frequency: Array, power: Array) -> float:
+    """Return the frequency of the first octave above the middle of the power that holds next to none of it.
+
+    Lines beyond such a gap are those of an encoder passed at constant speed, not of the motion.
+    """
+    cumulated = np.cumsum(power)
+    middle = int(np.searchsorted(cumulated, 0.5 * cumulated[-1]))
+    edge = max(float(frequency[middle]), float(frequency[1]))
+    while edge < frequency[-1]:
+        inside = (frequency >= edge) & (frequency < 2.0 * edge)
+        if float(np.sum(power[inside])) < EMPTY * cumulated[-1]:
+            return edge
+        edge *= 2.0
+    return math.inf
+
+
+EMPTY = 1e-3
+"""Share of the power of the velocity from which on an octave holds some of the motion."""
+
+
+def _rounding(values: Array) -> float:
+    """Return the variance of rounding to a lattice, as white noise of its density where it is; zero without a lattice.
+
+    Rounding adds a twelfth of the squared step. Where a value takes several samples to the next step, that power lies
+    at lower frequencies, and counts for as many times more there.
+    """
     steps = np.abs(np.diff(values))
     changing = steps[steps > 1e-9 * float(np.max(steps, initial=0.0))]
     if not changing.size:
         return 0.0
     step = float(np.min(changing))
     counts = changing / step
-    return step if float(np.mean(np.abs(counts - np.round(counts)) < 0.02)) > 0.98 and counts.max() > 1.5 else 0.0
+    if float(np.mean(np.abs(counts - np.round(counts)) < 0.02)) < 0.98:
+        return 0.0
+    passed = float(np.sqrt(np.mean(steps**2))) / step
+    return step**2 / 12.0 * max(1.0, 0.5 / passed)
 
 
 class Filter(NamedTuple):

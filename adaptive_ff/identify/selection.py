@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy import optimize
 
-from adaptive_ff.identify.columns import DRY, GRAVITY, Map, Shape, static_friction, unit_torques
+from adaptive_ff.identify.columns import DRY, GRAVITY, VISCOUS, Map, Shape, static_friction, unit_torques
 from adaptive_ff.identify.motion import Array
 from adaptive_ff.identify.preparation import Prepared
 from adaptive_ff.identify.regression import Blocks, left_out_errors, quantile, solve, standard_errors, sums
@@ -170,7 +170,7 @@ def tried(data: Data, model: Model) -> dict[str, tuple[Model, Array]]:
             (
                 name,
                 one.shape
-                if one.shape != model.shape and (name in DRY or name.startswith("friction_"))
+                if one.shape != model.shape and (name in DRY | VISCOUS or name.startswith("friction_"))
                 else model.shape,
             )
             for name in one.names
