@@ -43,9 +43,6 @@ PATHS = (0.002, 0.008, 0.03)
 SPEEDS = (0.02, 0.04, 0.08, 0.15, 0.3)
 """Stribeck velocities that are tried, over the usual speed."""
 
-RIPPLES = (4, 6, 8, 12, 16, 24, 32, 48, 64, 96, 128)
-"""Ripples that are looked for: waves in a turn."""
-
 NEAR = 0.4
 """Logarithm of the factor within which a shape is looked for around the best tried one."""
 

@@ -45,7 +45,7 @@ def without_repeated_rows(log: Log) -> tuple[Log, list[str]]:
     same = (log.torque[1:] == log.torque[:-1]) & (log.motion[1:] == log.motion[:-1])
     if same.size == 0 or float(np.mean(same)) < REPEATED:
         return log, []
-    new = np.concatenate([[0], np.flatnonzero(~same) + 1])
+    new = np.unique(np.concatenate([[0], np.flatnonzero(~same) + 1, [same.size]]))
     steps = np.diff(log.time[new])
     if new.size < FEWEST_CHANGES or not np.all(np.isfinite(log.time)) or np.any(np.diff(log.time) <= 0.0):
         return log, []

@@ -97,10 +97,10 @@ def test_friction_lag_is_found_and_moves_the_inertia():
     velocity = np.gradient(log.position, log.time)
     decay = np.exp(-0.001 / 0.04)
     lagged, state = [], 0.0
-    for sign in np.sign(velocity):
-        state = sign + decay * (state - sign)
+    for static in np.sign(velocity) + 0.5 * velocity:
+        state = static + decay * (state - static)
         lagged.append(state)
-    found = identify_log(with_torque(log, log.torque + np.array(lagged)))
+    found = identify_log(with_torque(log, log.torque - 0.5 * velocity + np.array(lagged)))
     assert found.taken[0] == "lag"
     assert found.value("friction_lag") == pytest.approx(0.04, rel=0.1)
     assert found.value("inertia") == pytest.approx(0.5, rel=0.02)
