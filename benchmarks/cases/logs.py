@@ -1,44 +1,79 @@
-"""Synthetic logs with known truth, as ``identify`` finds them."""
+"""Whether the 95 % intervals of ``identify`` hold the truth, on synthetic logs.
 
+Of each drawn joint there are two records along different motions; half of the joints have the terms of the identified
+models, half have physics that these lack. ``repeats`` says whether both estimates are apart by no more than the halves
+of their intervals between them.
+"""
+
+import math
+import time
 from functools import partial
 from typing import Any
 
+from adaptive_ff import InputError
+from adaptive_ff.identify.identification import identify_log
+from adaptive_ff.identify.result import UNUSABLE
+from adaptive_ff.logs.log import Log
 from adaptive_ff.studies.study import Found
-from benchmarks.coverage import HALVES, NAMES
-from benchmarks.coverage import examine_seed as drawn_pair
-from benchmarks.coverage_driven import examine_seed as driven_log
+from benchmarks.cases.drawn_logs import make_case
+from benchmarks.cases.driven_logs import driven_case
 from benchmarks.suite import Case
 
+NAMES = ("inertia", "coulomb", "viscous")
 
-def figures_of(logs: list[dict[str, Any]]) -> dict[str, list[float]]:
-    """Return the figures of logs that were not refused.
+HALVES = ("terms of the model", "other physics")
+"""Rows of drawn joints, by the parity of their seed."""
 
-    For each parameter the ``error`` over its true value, ``width`` of half the interval over it, and ``inside``, one
-    where the interval holds the truth, else zero; ``seconds`` of the identification.
+Figures = dict[str, list[float]]
+
+
+def examine(log: Log, truth: dict[str, float], **given: Any) -> Figures:
+    """Identify a log.
+
+    For each parameter the ``error`` over its true value, ``width`` of half the interval over it, and ``inside``: one
+    where the interval holds the truth, else zero; ``seconds`` of the identification; and ``unusable``, one where the
+    log is refused or said to be not usable.
     """
-    figures: dict[str, list[float]] = {"seconds": [log["seconds"] for log in logs]}
+    begin = time.perf_counter()
+    try:
+        found = identify_log(log, **given)
+    except InputError:
+        return {"unusable": [1.0]}
+    figures = {"seconds": [time.perf_counter() - begin], "unusable": [float(found.grade == UNUSABLE)]}
     for name in NAMES:
-        found = [log[name] for log in logs if name in log]
-        figures[f"{name}_error"] = [one["error"] for one in found]
-        figures[f"{name}_width"] = [one["half_width"] for one in found]
-        figures[f"{name}_inside"] = [float(one["covers"]) for one in found]
+        if name in found.parameters:
+            one, true = found.parameters[name], truth[name]
+            figures[f"{name}_error"] = [one.value / true - 1.0]
+            figures[f"{name}_width"] = [0.5 * (one.upper - one.lower) / true]
+            figures[f"{name}_inside"] = [float(one.lower <= true <= one.upper)]
     return figures
+
+
+def repetition(first: Figures, second: Figures) -> Figures:
+    """Return ``repeats`` of each parameter that both records of a joint have."""
+    found = {}
+    for name in NAMES:
+        if f"{name}_error" in first and f"{name}_error" in second:
+            apart = abs(first[f"{name}_error"][0] - second[f"{name}_error"][0])
+            allowed = math.hypot(first[f"{name}_width"][0], second[f"{name}_width"][0])
+            found[f"{name}_repeats"] = [float(apart <= allowed)]
+    return found
 
 
 def run_drawn(seed: int, controllers: list[str]) -> Found:
     """Identify both records of a drawn joint."""
-    logs = drawn_pair(seed)
-    taken = [log for log in logs if log["refused"] is None]
-    figures = {"refused": float(len(logs) - len(taken)), **figures_of(taken)}
+    cases = [make_case(seed, record=record) for record in (0, 1)]
+    both = [examine(case.log, case.truth) for case in cases]
+    figures = {name: [value for one in both for value in one.get(name, [])] for name in both[0] | both[1]}
+    figures |= repetition(*both)
     return {"": {"row": HALVES[seed % 2]}, **dict.fromkeys(controllers, figures)}
 
 
 def run_driven(seed: int, controllers: list[str]) -> Found:
     """Identify the log of a joint that sticks under PI alone."""
-    log = driven_log(seed)
-    taken = [log] if log["refused"] is None else []
-    figures = {"refused": 1.0 - len(taken), **figures_of(taken)}
-    return {"": {"row": f"under PI alone, {log['kind']}"}, **dict.fromkeys(controllers, figures)}
+    case = driven_case(seed)
+    figures = examine(case.log, case.truth, torque_delay=case.delay)
+    return {"": {"row": f"under PI alone, {case.kind}"}, **dict.fromkeys(controllers, figures)}
 
 
 def drawn(count: int, first: int = 10_000) -> list[Case]:

@@ -1,14 +1,10 @@
 """The synthetic logs on which the intervals of ``identify`` are counted."""
 
-import json
-
 import numpy as np
 import pytest
-import typer
-from typer.testing import CliRunner
 
-from benchmarks.coverage import main
-from benchmarks.drawn_logs import make_case
+from benchmarks.cases.drawn_logs import make_case
+from benchmarks.cases.logs import repetition
 
 
 @pytest.mark.parametrize("seed", [2, 3, 8, 11])
@@ -21,12 +17,8 @@ def test_records_of_a_joint_share_it_but_not_their_motion(seed):
     assert np.array_equal(again.log.torque, one.log.torque)
 
 
-def test_command_prints_a_table_and_writes_the_results(tmp_path):
-    app = typer.Typer()
-    app.command()(main)
-    arguments = ["--logs", "4", "--first", "300", "--workers", "1", "--json", str(tmp_path / "found.json")]
-    result = CliRunner().invoke(app, arguments)
-    assert result.exit_code == 0, result.output
-    assert "other physics: 2 logs" in result.output
-    written = json.loads((tmp_path / "found.json").read_text(encoding="utf-8"))["logs"]
-    assert [len(pair) for pair in written] == [2, 2]
+def test_repetition_agrees_within_both_half_widths():
+    one = {"inertia_error": [0.0], "inertia_width": [0.03]}
+    near, far = ({"inertia_error": [error], "inertia_width": [0.04]} for error in (0.049, 0.051))
+    assert repetition(one, near) == {"inertia_repeats": [1.0]}
+    assert repetition(one, far) == {"inertia_repeats": [0.0]}

@@ -1,14 +1,11 @@
 """Logs of joints under PI alone: what they record, and that the command counts and writes what it finds."""
 
-import json
-
 import numpy as np
 import pytest
-import typer
-from typer.testing import CliRunner
 
+from benchmarks.cases.driven_logs import driven_case
+from benchmarks.cases.logs import run_driven
 from benchmarks.cases.other_joints import draw
-from benchmarks.coverage_driven import driven_case, examine_seed, main
 
 
 @pytest.mark.parametrize("seed", [101, 102, 103, 104, 105, 106])
@@ -27,19 +24,7 @@ def test_the_recorded_torque_is_what_the_joint_needs(seed):
 
 @pytest.mark.parametrize("seed", [315, 332, 364])
 def test_inertia_of_a_joint_that_sticks_for_long_is_within_its_interval(seed):
-    result = examine_seed(seed)
-    assert result["inertia"]["covers"]
+    found = run_driven(seed, ["identify"])["identify"]
+    assert found["inertia_inside"] == [1.0]
     for name in ("inertia", "coulomb"):
-        assert abs(result[name]["error"]) < 0.05, name
-
-
-def test_command_prints_the_table_and_writes_the_results(tmp_path):
-    app = typer.Typer()
-    app.command()(main)
-    arguments = ["--logs", "2", "--first", "301", "--workers", "1", "--json", str(tmp_path / "found.json")]
-    result = CliRunner().invoke(app, arguments)
-    assert result.exit_code == 0, result.output
-    assert "2 logs" in result.output
-    assert "cogging: inertia, Coulomb and viscous friction held in" in result.output
-    written = json.loads((tmp_path / "found.json").read_text(encoding="utf-8"))["logs"]
-    assert [entry["log"] for entry in written] == ["joint 301", "joint 302"]
+        assert abs(found[f"{name}_error"][0]) < 0.05, name
