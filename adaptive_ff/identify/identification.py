@@ -8,6 +8,7 @@ import numpy as np
 
 from adaptive_ff.errors import InputError, check_kind
 from adaptive_ff.identify.columns import TEXTBOOK, Map
+from adaptive_ff.identify.motion import Array
 from adaptive_ff.identify.preparation import Prepared, narrowed, prepare
 from adaptive_ff.identify.regression import Blocks
 from adaptive_ff.identify.result import ASYMMETRY, Fit, LogIdentification, Recording, predicted
@@ -36,6 +37,9 @@ PLAIN = "coulomb-viscous"
 
 LONGEST_DELAY = 1.0
 """Longest time after its stamp at which a torque may act, s; a longer one is a slip of the unit."""
+
+EXPLAINED = 0.5
+"""Share of the torque's variance from which on a model of the wrong sign is one."""
 
 UNEXPLAINED = 0.95
 """Share of the torque that a model must not leave for there to be a joint."""
@@ -187,19 +191,15 @@ def _check_plausible(log: Log, data: Data, selection: Selection) -> None:
     textbook = selection.textbook
     blocks = data.fit(textbook.model)
     free = dict(zip(textbook.model.names, blocks.solve(bounded=False).tolist(), strict=True))
-    left = math.sqrt(float(np.mean(textbook.errors)) / float(np.mean(data.prepared.torque**2)))
-    inertia, coulomb = free.get("inertia", 0.0), free.get("coulomb", 0.0)
-    if (
-        (inertia < 0.0 and coulomb <= 0.0)
-        or (coulomb < 0.0 and inertia <= 0.0)
-        or (inertia < 0.0 and left > UNEXPLAINED)
-    ):
-        explained = 1.0 - _left_free(blocks)
-        if explained > 0.5:
-            raise InputError(
-                f"{log.name}: friction would drive the joint and inertia be negative: torque and motion have opposite "
-                f"signs, or their columns are exchanged: {log.scaling('torque', '-1')}, or name the others"
-            )
+    inertia, speed = free.get("inertia", 0.0), np.abs(data.prepared.velocity)
+    dissipated = free.get("coulomb", 0.0) * np.mean(speed) + free.get("viscous", 0.0) * np.mean(speed**2)
+    if ((inertia < 0.0 and dissipated < 0.0) or (inertia <= 0.0 and free.get("coulomb", 0.0) < 0.0)) and _explained(
+        blocks, data.prepared.torque
+    ) > EXPLAINED:
+        raise InputError(
+            f"{log.name}: friction would drive the joint and inertia be negative: torque and motion have opposite "
+            f"signs, or their columns are exchanged: {log.scaling('torque', '-1')}, or name the others"
+        )
     best = selection.refined or textbook
     left = math.sqrt(float(np.mean(best.errors)) / float(np.mean(data.prepared.torque**2)))
     if left > UNEXPLAINED:
@@ -209,11 +209,11 @@ def _check_plausible(log: Log, data: Data, selection: Selection) -> None:
         )
 
 
-def _left_free(blocks: Blocks) -> float:
-    """Return the share of the torque's square that unbounded least squares leaves."""
+def _explained(blocks: Blocks, torque: Array) -> float:
+    """Return the share of the torque's variance that unbounded least squares explains."""
     values = blocks.solve(bounded=False)
     left = blocks.power.sum() - 2.0 * values @ blocks.moment.sum(axis=0) + values @ blocks.gram.sum(axis=0) @ values
-    return float(left / blocks.power.sum())
+    return 1.0 - float(left) / max(float(np.sum((torque - np.mean(torque)) ** 2)), 1e-300)
 
 
 def _divided(log: Log, share: float) -> tuple[Log, Log | None]:
