@@ -71,6 +71,8 @@ def _works(command: Sequence[str]) -> bool:
 def compile_files(sources: Sequence[Path], target: Path, flags: Sequence[str]) -> None:
     """Compile sources to one file that appears at once and complete, whoever else makes it at the same time.
 
+    Further flags, such as those of sanitizers, stand in the variable ``ADAPTIVE_FF_CFLAGS``.
+
     Raises
     ------
     NoCompiler
@@ -79,7 +81,7 @@ def compile_files(sources: Sequence[Path], target: Path, flags: Sequence[str]) -
     command = compiler()
     if command is None:
         raise NoCompiler("no C compiler is found: install one, name it in the variable CC, or pip install ziglang")
-    extra = ZIG if "ziglang" in command else ()
+    extra = [*(ZIG if "ziglang" in command else ()), *shlex.split(os.environ.get("ADAPTIVE_FF_CFLAGS", ""))]
     part = target.with_name(f"{target.name}.{os.getpid()}.part")
     line = [*command, *flags, *extra, *map(str, sources), "-o", str(part), "-lm"]
     done = subprocess.run(line, capture_output=True, text=True, check=False)

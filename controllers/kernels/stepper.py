@@ -1,6 +1,7 @@
 """The extension that calls kernels faster than ctypes; compiled on demand where it did not come with the package."""
 
 import hashlib
+import sys
 import sysconfig
 from functools import cache
 from importlib.machinery import ExtensionFileLoader
@@ -13,7 +14,8 @@ from controllers.kernels.compiler import NoCompiler, compile_files
 from controllers.kernels.library import folders
 
 SOURCE = Path(__file__).with_name("_stepper.c")
-EXTENSION_FLAGS = ("-std=c99", "-O2", "-fPIC", "-shared", "-fvisibility=hidden")
+EXTENSION_FLAGS = ["-std=c99", "-O2", "-fPIC", "-shared", "-fvisibility=hidden"]
+EXTENSION_FLAGS += ["-undefined", "dynamic_lookup"] if sys.platform == "darwin" else []
 
 
 @cache

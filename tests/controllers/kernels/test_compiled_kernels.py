@@ -1,6 +1,7 @@
 """Compiled kernels on disk: made by two processes at once, and not at all where there is no compiler."""
 
 import os
+import shutil
 import subprocess
 import sys
 
@@ -25,6 +26,44 @@ def running(tmp_path, **variables):
     known = {**os.environ, "ADAPTIVE_FF_CACHE": str(tmp_path / "cache"), "PYTHONPATH": os.pathsep.join(sys.path)}
     line = [sys.executable, "-c", SCRIPT, str(tmp_path)]
     return subprocess.Popen(line, env={**known, **variables}, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+
+
+SANITIZED = """
+from adaptive_ff import load_scenario
+from adaptive_ff.comparison.registry import make_controller
+from adaptive_ff.comparison.running import drive_over
+from adaptive_ff.simulation.experiment import lay_course
+scenario = load_scenario().modified(duration=3.0)
+for name in {names}:
+    controller = make_controller(scenario, name)
+    drive_over(controller, lay_course(scenario))
+    controller.step(0.1, 0.1)
+print("silent")
+"""
+SANITIZERS = "-fsanitize=address,undefined -fno-sanitize-recover=all -g -O1"
+
+
+def sanitized(tmp_path, names):
+    """What a run prints whose kernels are watched by address and undefined-behaviour sanitizers."""
+    places = [["gcc", f"-print-file-name={name}"] for name in ("libasan.so", "libstdc++.so.6")]
+    runtime = [subprocess.run(line, capture_output=True, text=True, check=True).stdout.strip() for line in places]
+    known = {**os.environ, "ADAPTIVE_FF_CACHE": str(tmp_path), "ADAPTIVE_FF_CFLAGS": SANITIZERS, "CC": "gcc"}
+    known |= {
+        "LD_PRELOAD": " ".join(runtime),
+        "ASAN_OPTIONS": "detect_leaks=0",
+        "PYTHONPATH": os.pathsep.join(sys.path),
+    }
+    line = [sys.executable, "-c", SANITIZED.format(names=names)]
+    done = subprocess.run(line, env=known, capture_output=True, text=True, check=False)
+    return done.stdout + done.stderr[-2000:]
+
+
+@pytest.mark.skipif(shutil.which("gcc") is None, reason="there is no gcc on this machine")
+@pytest.mark.parametrize(
+    "names", [["pi"], pytest.param(["fixed", "kalman_disturbance", "adaptive"], marks=pytest.mark.nightly)], ids=str
+)
+def test_sanitizers_find_nothing_in_compiled_kernels(names, tmp_path):
+    assert sanitized(tmp_path, names) == "silent\n"
 
 
 @pytest.fixture
