@@ -145,6 +145,24 @@ def bound_step(block: NativeParameters) -> Callable[..., float]:
     return do_step
 
 
+def step_all(addresses: NDArray[np.int64], rows: NDArray[np.float64]) -> None:
+    """Do one sample of all controllers of a group in memory, one after another.
+
+    Parameters
+    ----------
+    addresses : ndarray of int, shape (n, 3)
+        Where step, parameters and state of each lie.
+    rows : ndarray, shape (n, 13)
+        Inputs of each, a column for each field of ``Inputs``; torque and feedforward, N m, are filled in behind.
+    """
+    fast = stepper()
+    if fast is not None:
+        fast.step_all(addresses.ctypes.data, rows.ctypes.data, *rows.shape)
+        return
+    for place, row in zip(addresses.tolist(), rows, strict=True):
+        call(*place, row)
+
+
 class CalledBack:
     """A controller in Python whose step the compiled loop calls back, once a sample.
 

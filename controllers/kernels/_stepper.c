@@ -17,12 +17,6 @@ typedef struct {
     Py_ssize_t inputs, count, output;
 } Bound;
 
-typedef struct {
-    const int64_t *addresses; /* step, parameters and state of each member */
-    double *rows;
-    Py_ssize_t members, count;
-} Group;
-
 static int read_addresses(PyObject *const *arguments, Py_ssize_t count, Py_ssize_t expected, void **places)
 {
     if (count != expected) {
@@ -41,19 +35,6 @@ static int read_addresses(PyObject *const *arguments, Py_ssize_t count, Py_ssize
 static void free_memory(PyObject *capsule)
 {
     PyMem_Free(PyCapsule_GetPointer(capsule, NULL));
-}
-
-/* Return a function of Python that has its own memory. */
-static PyObject *function_with(PyMethodDef *method, void *memory)
-{
-    PyObject *capsule = PyCapsule_New(memory, NULL, free_memory);
-    if (capsule == NULL) {
-        PyMem_Free(memory);
-        return NULL;
-    }
-    PyObject *function = PyCFunction_NewEx(method, capsule, NULL);
-    Py_DECREF(capsule);
-    return function;
 }
 
 static PyObject *step(PyObject *self, PyObject *const *arguments, Py_ssize_t count)
@@ -90,36 +71,30 @@ static PyObject *bind(PyObject *module, PyObject *const *arguments, Py_ssize_t c
     }
     *bound = (Bound){(Step)(uintptr_t)places[0], places[1], places[2], places[3], (Py_ssize_t)(intptr_t)places[4],
                      (Py_ssize_t)(intptr_t)places[5], (Py_ssize_t)(intptr_t)places[6]};
-    return function_with(&STEP, bound);
-}
-
-static PyObject *step_all(PyObject *self, PyObject *nothing)
-{
-    (void)nothing;
-    const Group *group = PyCapsule_GetPointer(self, NULL);
-    for (Py_ssize_t i = 0; i < group->members; i++) {
-        const int64_t *own = &group->addresses[3 * i];
-        ((Step)(uintptr_t)own[0])((void *)(intptr_t)own[1], (void *)(intptr_t)own[2], &group->rows[i * group->count],
-                                  group->count);
+    PyObject *capsule = PyCapsule_New(bound, NULL, free_memory);
+    if (capsule == NULL) {
+        PyMem_Free(bound);
+        return NULL;
     }
-    Py_RETURN_NONE;
+    PyObject *function = PyCFunction_NewEx(&STEP, capsule, NULL); /* which keeps the memory alive */
+    Py_DECREF(capsule);
+    return function;
 }
 
-static PyMethodDef STEP_ALL = {"step_all", step_all, METH_NOARGS, "Do one sample of every member."};
-
-static PyObject *bind_group(PyObject *module, PyObject *const *arguments, Py_ssize_t count)
+static PyObject *step_all(PyObject *module, PyObject *const *arguments, Py_ssize_t count)
 {
     (void)module;
     void *places[4];
     if (read_addresses(arguments, count, 4, places) < 0) {
         return NULL;
     }
-    Group *group = PyMem_Malloc(sizeof *group);
-    if (group == NULL) {
-        return PyErr_NoMemory();
+    const int64_t *own = places[0]; /* step, parameters and state of each member */
+    const Py_ssize_t members = (Py_ssize_t)(intptr_t)places[2], width = (Py_ssize_t)(intptr_t)places[3];
+    double *row = places[1];
+    for (Py_ssize_t i = 0; i < members; i++, own += 3, row += width) {
+        ((Step)(uintptr_t)own[0])((void *)(intptr_t)own[1], (void *)(intptr_t)own[2], row, width);
     }
-    *group = (Group){places[0], places[1], (Py_ssize_t)(intptr_t)places[2], (Py_ssize_t)(intptr_t)places[3]};
-    return function_with(&STEP_ALL, group);
+    Py_RETURN_NONE;
 }
 
 static PyObject *run(PyObject *module, PyObject *const *arguments, Py_ssize_t count)
@@ -139,8 +114,8 @@ static PyObject *run(PyObject *module, PyObject *const *arguments, Py_ssize_t co
 static PyMethodDef METHODS[] = {
     {"bind", (PyCFunction)(void (*)(void))bind, METH_FASTCALL,
      "Return a step of a controller in memory: bind(step, parameters, state, row, inputs, numbers in the row, output)."},
-    {"bind_group", (PyCFunction)(void (*)(void))bind_group, METH_FASTCALL,
-     "Return the steps of a group: bind_group(addresses, rows, members, numbers in a row)."},
+    {"step_all", (PyCFunction)(void (*)(void))step_all, METH_FASTCALL,
+     "Do one sample of all members of a group: step_all(addresses, rows, members, numbers in a row)."},
     {"run", (PyCFunction)(void (*)(void))run, METH_FASTCALL,
      "Call an entry point, run(entry, arguments, result), while other threads go on."},
     {NULL, NULL, 0, NULL}};
