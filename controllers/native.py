@@ -160,7 +160,7 @@ def step_all(addresses: NDArray[np.int64], rows: NDArray[np.float64]) -> None:
         fast.step_all(addresses.ctypes.data, rows.ctypes.data, *rows.shape)
         return
     for place, row in zip(addresses.tolist(), rows, strict=True):
-        call(*place, row)
+        call(place[0], place[1], place[2], row)
 
 
 class CalledBack:

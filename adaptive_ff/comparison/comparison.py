@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from adaptive_ff.comparison.own import Own, check_own_names
 from adaptive_ff.comparison.registry import CONTROLLERS, loop_of, make_controller
 from adaptive_ff.comparison.run import Run, simulate
-from adaptive_ff.comparison.running import check_progress
+from adaptive_ff.comparison.running import check_progress, compile_together
 from adaptive_ff.errors import checked_path
 from adaptive_ff.files import write_result
 from adaptive_ff.scenario.given import check_scenario
@@ -161,6 +161,7 @@ def compare(
     loops = {name: loop_of(scenario, name, own) for name in names}
     made = {name: make_controller(loop, name, own) for name, loop in loops.items()}
     course = lay_course(scenario)
+    compile_together(made.values(), course)
     runs = {}
     for name, controller in made.items():
         report = None if progress is None else _reporter(progress, name)

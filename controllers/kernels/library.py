@@ -7,6 +7,7 @@ import pickle
 import sys
 import tempfile
 import threading
+from collections import defaultdict
 from collections.abc import Callable, Hashable
 from contextlib import suppress
 from functools import cache
@@ -37,7 +38,8 @@ class Loaded(NamedTuple):
 
 
 _LOADED: dict[Hashable, Loaded] = {}
-_LOCK = threading.RLock()
+_LOCKS: defaultdict[Hashable, threading.Lock] = defaultdict(threading.Lock)
+"""Threads compile different kernels at once, and each of them once."""
 
 
 def loaded(key: Hashable, symbol: str, write: Writer) -> Loaded:
@@ -59,10 +61,11 @@ def loaded(key: Hashable, symbol: str, write: Writer) -> Loaded:
     NoCompiler
         It has to be compiled, and there is no compiler.
     """
-    with _LOCK:
-        if key not in _LOADED:
-            _LOADED[key] = _kept(symbol) or _compiled(symbol, write)
-        return _LOADED[key]
+    if key not in _LOADED:
+        with _LOCKS[key]:
+            if key not in _LOADED:
+                _LOADED[key] = _kept(symbol) or _compiled(symbol, write)
+    return _LOADED[key]
 
 
 def is_kept(name: str) -> bool:
