@@ -189,6 +189,19 @@ def test_schema_of_each_number_has_the_limits_of_physics():
     assert seen == set(by_name)
 
 
+def test_schema_of_each_list_has_the_length_of_what_it_holds():
+    pairs = ["position_range", "pause", "inertia", "coulomb", "viscous", "stiction", "friction_lag", "velocity_noise"]
+    pairs += ["assumed_stribeck_velocity", "assumed_inertia"]
+    lengths = {**dict.fromkeys(pairs, (2, 2)), **dict.fromkeys(("displacements", "shares"), (4, 4))}
+    lengths |= dict.fromkeys(("ripple_periods", "position_periods"), (0, 7))
+    limited = {
+        path[-1]: (schema.get("minItems", 0), schema["maxItems"])
+        for path, schema, _ in places(SCHEMA)
+        if "maxItems" in schema
+    }
+    assert limited == lengths
+
+
 @pytest.mark.parametrize("table", tables(), ids=lambda table: ":".join(map(str, table)))
 def test_wrong_value_of_each_field_is_refused_with_its_path_and_what_is_allowed(table):
     for (path, kinds), schemas in tables()[table].items():
