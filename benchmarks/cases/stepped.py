@@ -7,13 +7,11 @@ CLASSES = {
     "pi": "controllers:PI",
     "disturbance_observer": "controllers:DisturbanceObserver",
     "adaptive": "adaptive_ff.adaptive.controller:AdaptiveController",
-    "adaptive_next": "adaptive_ff.adaptive_next:AdaptiveController",
 }
 """Class of each controller, as ``module:name``."""
 
 GROUPS = {
     "adaptive": "adaptive_ff.adaptive.group:JointGroup",
-    "adaptive_next": "adaptive_ff.adaptive_next:JointGroup",
 }
 """Group of joints of each controller that has one."""
 
