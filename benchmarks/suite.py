@@ -57,7 +57,7 @@ class Suite:
     outside : list of str
         Patterns of the rows that are outside the contract of the adaptive controller; ``"*"`` for all.
     targets : dict of dict
-        Targets by pattern of the row: ``figure.statistic`` to the limit, see :mod:`benchmarks.targets`.
+        Targets by pattern of the row: ``figure.statistic`` to the limit, see :mod:`benchmarks.quantities`.
     views : dict of dict
         Tables by name, see :mod:`benchmarks.pages`.
     modules : list of str
