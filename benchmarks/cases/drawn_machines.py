@@ -1,7 +1,7 @@
 """Machines drawn at random over decades of size, speed and sampling rate: none is built around the built-in joint.
 
 The same in a cascade: with a weight, behind a position loop; there with rests of seconds between moves as well. And
-with drives that saturate and tell nothing of it, and with elastic gears.
+with drives that saturate and do not report it, and with elastic gears.
 """
 
 import math
@@ -71,7 +71,7 @@ GAPS = (1e-4, 5e-3)
 """Smallest and largest play, in seconds of the peak speed."""
 
 SATURATIONS = (0.5, 1.05)
-"""Smallest and largest limit of a drive that saturates untold, over the torque that its plan needs."""
+"""Smallest and largest limit of a drive that saturates unreported, over the torque that its plan needs."""
 
 PEAK_QUANTILE = 0.995
 """Share of the time in which the needed torque is no larger than its peak: single peaks are of noise."""
@@ -127,9 +127,9 @@ def with_fine_steps(table: dict[str, Any], joint: dict[str, Any], period: float)
 
 
 def draw_machine(seed: int, draw: int) -> Scenario:
-    """Return a machine, what is told of it, and a plan for it.
+    """Return a machine, what is known of it, and a reference for it.
 
-    Told are its inertia (off by up to 1.25), the delay of its drive, and a Stribeck velocity (off by up to 2, with a
+    Given are its inertia (off by up to 1.25), the delay of its drive, and a Stribeck velocity (off by up to 2, with a
     shape of 1 where half the machines have 2). Noise and phases of the plan are those of the draw, with any seed.
     """
     generator = np.random.default_rng([seed, draw])
@@ -189,7 +189,7 @@ def draw_machine(seed: int, draw: int) -> Scenario:
 def draw_cascade(seed: int, draw: int) -> Scenario:
     """Return the machine of :func:`draw_machine` with a weight that turns with it, behind a position loop.
 
-    That gravity is there is told, how much is not. The position loop has the default gain, a sixth of the bandwidth of
+    That gravity is there is given, how much is not. The position loop has the default gain, a sixth of the bandwidth of
     the velocity loop. The encoder of the position makes a count a period at the speed of the machine's noise.
     """
     machine, generator = draw_machine(seed, draw), np.random.default_rng([seed, draw, WEIGHT_STREAM])
@@ -214,7 +214,7 @@ def draw_resting(seed: int, draw: int) -> Scenario:
 def draw_elastic(seed: int, draw: int) -> Scenario:
     """Return the machine of :func:`draw_machine` with an elastic gear (even draws), or with one that has play as well.
 
-    Nothing of the gear is told. Friction is that of the motor, the Stribeck curve with its lag.
+    Nothing of the gear is given. Friction is that of the motor, the Stribeck curve with its lag.
     """
     machine, generator = draw_machine(seed, draw), np.random.default_rng([seed, draw, GEAR_STREAM])
     share, inertia = float(generator.uniform(*LINK_SHARES)), machine.joint.inertia
@@ -232,7 +232,7 @@ def draw_elastic(seed: int, draw: int) -> Scenario:
 
 
 def draw_saturating(seed: int, draw: int) -> Scenario:
-    """Return a joint drawn around the built-in one (even draws) or a machine, whose drive saturates untold.
+    """Return a joint drawn around the built-in one (even draws) or a machine, whose drive saturates unreported.
 
     The controllers know only what they ask the drive for. Its limit is a share of the torque that the true parameters
     need along the plan.

@@ -3,9 +3,9 @@
 Nothing of ``plant`` is used: a joint with Stribeck friction, that may have a load and cogging, is integrated here, and
 the controllers are stepped from a loop of one's own. Drawn by the seed are the joint (inertia over six decades), the
 motion, the rate of the loop (100 Hz to 2 kHz), the sensor (a tachometer, or an encoder of 4000 to a million counts
-before or behind a gear, differenced, low-passed or tracked by a filter of second order), whether its lag is told, the
-position loop, the steps of the drive's torque, a period of delay, whether torque and coming plan are told, jitter of 5
-%, and an inertia that is told up to 40 % wrong. The bandwidth leaves PI alone its margin: all lags together cost it
+before or behind a gear, differenced, low-passed or tracked by a filter of second order), whether its lag is given, the
+position loop, the steps of the drive's torque, a period of delay, whether torque and coming reference are given, jitter of 5
+%, and a given inertia up to 40 % wrong. The bandwidth leaves PI alone its margin: all lags together cost it
 half a radian at most.
 """
 
@@ -62,7 +62,7 @@ class DrawnLoop(NamedTuple):
     low_pass : float
         Time constant of the low-pass, s.
     cascade, tells_lag, tells_torque, tells_plan : bool
-        Whether a position loop is outside, and what the controller is told.
+        Whether a position loop is outside, and what the controller is given.
     levels : int
         Steps of the drive's torque; zero for any torque.
     delay : int
@@ -70,7 +70,7 @@ class DrawnLoop(NamedTuple):
     jitter : float
         Largest change of a period, over the period.
     inertia_error : float
-        Inertia that is told, over the true one.
+        Given inertia over the true one.
     """
 
     period: float
