@@ -4,8 +4,8 @@ Nothing of ``plant`` is used: a joint with Stribeck friction, that may have a lo
 the controllers are stepped from a loop of one's own. Drawn by the seed are the joint (inertia over six decades), the
 motion, the rate of the loop (100 Hz to 2 kHz), the sensor (a tachometer, or an encoder of 4000 to a million counts
 before or behind a gear, differenced, low-passed or tracked by a filter of second order), whether its lag is given, the
-position loop, the steps of the drive's torque, a period of delay, whether torque and coming reference are given, jitter of 5
-%, and a given inertia up to 40 % wrong. The bandwidth leaves PI alone its margin: all lags together cost it
+position loop, the steps of the drive's torque, a period of delay, whether torque and preview are given, jitter of
+5 %, and a given inertia up to 40 % wrong. The bandwidth leaves PI alone its margin: all lags together cost it
 half a radian at most.
 """
 
