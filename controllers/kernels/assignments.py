@@ -10,7 +10,7 @@ from controllers.kernels.values import Value
 
 
 class Assignments:
-    """The part of :class:`Statements` that gives variables and elements their values.
+    """The part of :class:`~controllers.kernels.statements.Statements` that gives variables and elements their values.
 
     Parameters
     ----------

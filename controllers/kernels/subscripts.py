@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 class Subscripts:
-    """The part of :class:`Expressions` that takes values out of others."""
+    """The part of :class:`~controllers.kernels.expressions.Expressions` that takes values out of others."""
 
     unit: "Unit"
     scope: "Scope"

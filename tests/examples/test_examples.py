@@ -16,7 +16,7 @@ PRINTED = {
     "arm_in_mujoco": "elbow: rms error",
     "read_update_write": "right: rms error",
     "position_loop": "rms position error: PI",
-    "identify_a_log": "Identifiable from the log: inertia",
+    "identify_a_log": "verdict: usable",
     "own_controller": "'mine':",
     "guard_tracking": "is of another scenario: feedback.bandwidth is 10.0 there and 8.0 here",
 }
