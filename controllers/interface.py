@@ -38,6 +38,8 @@ class Controller:
 
     estimate_names: tuple[str, ...] = ()
     monitor_names: tuple[str, ...] = ()
+    state_version: int = 2
+    """Version of the layout of its saved states; 1 had neither a version nor what the state belongs to."""
     needs_double: str = ""
     """Why it cannot be exported in single precision; empty where it can."""
 
@@ -324,7 +326,7 @@ class Controller:
 
     def state_to_json(self) -> str:
         """Return the state as a JSON text that restores it exactly, with what it belongs to."""
-        return saved_text(type(self).__name__, self._belongs_to(), self.state)
+        return saved_text(type(self).__name__, self.state_version, self._belongs_to(), self.state)
 
     def state_from_json(self, text: str) -> None:
         """Restore a state saved by a controller of the same class, made with the same period, inertia and gains.
@@ -338,7 +340,7 @@ class Controller:
             The text is no such state, or no controller can go on from it; the controller keeps the one it has.
         """
         template = self._initial_state(self.parameters)
-        state = restored(text, type(self).__name__, self._belongs_to(), template)
+        state = restored(text, type(self).__name__, self.state_version, self._belongs_to(), template)
         self._check_state(state)
         inputs = planned_inputs(0.0, 0.0, 0.0, math.nan, self.period)
         check_it_goes_on(state, lambda tried: step(self.parameters, tried, inputs))

@@ -14,43 +14,43 @@ import numpy as np
 
 from controllers.saving import plain_state, rebuilt_state
 
-VERSION = 2
-"""Version of the layout; 1 had neither a version nor what the state belongs to."""
-
 SAME = 1e-9
 """Relative difference up to which two numbers are the same."""
 
 LARGEST = 1e20
 """Numbers beyond that no state holds; a recursion over them would overflow."""
 
-MATRICES = ("information", "covariance")
-"""Names of arrays that must be symmetric and positive definite."""
+MATRICES = {"information": 0.0, "covariance": -1e-7}
+"""Names of arrays that must be symmetric, and what their eigenvalues, scaled to ones on the diagonal, must exceed.
+
+A covariance may be singular: what is known for certain has none.
+"""
 
 
-def saved_text(name: str, belongs: Mapping[str, Any], state: Any) -> str:
+def saved_text(name: str, version: int, belongs: Mapping[str, Any], state: Any) -> str:
     """Return the text of a state.
 
     Parameters
     ----------
-    name : str
-        Class of the controller.
+    name, version : str, int
+        Class of the controller, and version of its state.
     belongs : mapping
         What the controller was made with, by name: numbers, and lists of words.
     state : NamedTuple
         The state.
     """
-    content = {"controller": name, "version": VERSION, "belongs_to": dict(belongs), "state": plain_state(state)}
+    content = {"controller": name, "version": version, "belongs_to": dict(belongs), "state": plain_state(state)}
     return json.dumps(content, indent=1)
 
 
-def restored(text: str, name: str, belongs: Mapping[str, Any], template: Any) -> Any:
+def restored(text: str, name: str, version: int, belongs: Mapping[str, Any], template: Any) -> Any:
     """Return the state of a text that was saved by a controller like this one.
 
     Parameters
     ----------
     text : str
         What :func:`saved_text` returned.
-    name, belongs
+    name, version, belongs
         As there, of the controller that is to go on from it.
     template : NamedTuple
         Its initial state.
@@ -69,9 +69,9 @@ def restored(text: str, name: str, belongs: Mapping[str, Any], template: Any) ->
         raise ValueError(f"text = {str(text)[:40]!r} is no saved controller state: {error}") from error
     if found != name:
         raise ValueError(f"controller = {str(found)[:40]!r} is not allowed: this is a {name!r}")
-    if saved.get("version") != VERSION:
+    if saved.get("version") != version:
         raise ValueError(
-            f"version of the state = {str(saved.get('version'))[:40]} is not allowed: it must be {VERSION}"
+            f"version of the state = {str(saved.get('version'))[:40]} is not allowed: it must be {version}"
         )
     _check_belongs(saved.get("belongs_to"), belongs)
     state = rebuilt_state(template, content, "state")
@@ -107,14 +107,17 @@ def check_matrices(value: Any, where: str) -> None:
     for key, item in value._asdict().items():
         if hasattr(item, "_asdict"):
             check_matrices(item, f"{where}.{key}")
-        elif key in MATRICES and np.ndim(item) == 2:
-            try:
-                np.linalg.cholesky(item)
-                sound = bool(np.allclose(item, item.T, rtol=SAME, atol=0.0))
-            except np.linalg.LinAlgError:
-                sound = False
-            if not sound:
-                raise ValueError(f"{where}.{key} is not allowed: it must be symmetric and positive definite")
+        elif key in MATRICES and np.ndim(item) == 2 and not _is_definite(item, MATRICES[key]):
+            definite = "semi-definite" if MATRICES[key] < 0.0 else "definite"
+            raise ValueError(f"{where}.{key} is not allowed: it must be symmetric and positive {definite}")
+
+
+def _is_definite(matrix: Any, least: float) -> bool:
+    squares = np.diag(matrix)
+    if np.any(squares < 0.0) or not np.allclose(matrix, np.transpose(matrix), rtol=SAME, atol=0.0):
+        return False
+    units = np.sqrt(np.where(squares > 0.0, squares, 1.0))
+    return bool(np.linalg.eigvalsh(matrix / np.outer(units, units))[0] > least)
 
 
 def check_it_goes_on(state: Any, step: Callable[[Any], tuple[Any, Any]]) -> None:

@@ -1,4 +1,4 @@
-"""The adaptive controller: estimator, detection of changes, tuning of the lag, uncertainty."""
+"""The adaptive controller: one Kalman filter along the reference, behind the response of the loop."""
 
 import lazy_loader
 

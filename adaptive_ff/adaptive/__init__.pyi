@@ -1,2 +1,3 @@
 from .controller import AdaptiveController as AdaptiveController
-from .controller import UnsupervisedController as UnsupervisedController
+from .group import JointGroup as JointGroup
+from .tuning import Tuning as Tuning

@@ -1,240 +1,46 @@
-"""The adaptive controller: PI loop with feedforward from a model that is identified online.
-
-``step`` holds its kernels, ``supervised_step`` those of the supervision around them.
-"""
+"""The adaptive controller as a class: what it is made with, what can be read of it, and its state kept and restored."""
 
 import math
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from adaptive_ff.adaptive.adaptive_state import initial_adaptive_state
-from adaptive_ff.adaptive.at_rest.wound_integral import initial_standing
-from adaptive_ff.adaptive.faults.held_integral import initial_held_integral
-from adaptive_ff.adaptive.first_map import with_first_map
-from adaptive_ff.adaptive.learning.candidate_choice import (
-    BENT_FACTORS,
-    FACTORS,
-    assess_choice,
-    chosen_names,
-)
-from adaptive_ff.adaptive.learning.estimator_state import load_count
-from adaptive_ff.adaptive.learning.fed_model import identified_model
-from adaptive_ff.adaptive.learning.friction_map import coefficient_count
-from adaptive_ff.adaptive.learning.map_reading import LearntMap, check_map_state, read_map
-from adaptive_ff.adaptive.learning.map_settings import MAP_DEVIATION, MAP_MEMORY
-from adaptive_ff.adaptive.learning.uncertainty import assess
-from adaptive_ff.adaptive.settings import (
-    DEVIATION,
-    LARGEST_REGRESSOR,
-    adaptive_parameters,
-    observer_poles,
-    settings_among,
-)
-from adaptive_ff.adaptive.state_check import (
-    check_candidate_state,
-    check_drive_limit,
-    check_estimator_state,
-    check_held_friction,
-    check_held_integral,
-    check_not_negative,
-    check_observer,
-    check_outer_loop,
-    check_plan_known,
-    check_seen_velocity,
-    check_share,
-    check_standing,
-    check_trust,
-    possible_now,
-)
-from adaptive_ff.adaptive.supervised_state import SupervisedParameters
-from adaptive_ff.adaptive.supervised_step import initial_supervised_state
-from adaptive_ff.adaptive.supervision.observer_state import ObserverParameters, initial_observer
-from adaptive_ff.friction.bounds import FRICTION_LAG, INERTIA
-from adaptive_ff.friction.feedforward import FeedforwardState
-from adaptive_ff.friction.identifying import IdentifyingController
-from adaptive_ff.friction.model import ESTIMATED, RIPPLE, WITH_GRAVITY, TorqueModel, directed_friction
-from adaptive_ff.learning.torque_form import FILTER_TORQUE, initial_signals
-from controllers.checks import checked_array, checked_switch
-from controllers.plausible_sizes import largest_torque
+from adaptive_ff.adaptive.estimates import deviations
+from adaptive_ff.adaptive.extensions.over_position import LearntMap, checked_hats, checked_periods, read_map
+from adaptive_ff.adaptive.prior import ASYMMETRY, DEVIATION, FOUND, MAP_DEVIATION, default_prior, model_prior, with_map
+from adaptive_ff.adaptive.state import AdaptiveParameters, AdaptiveState, Machine, initial_adaptive_state
+from adaptive_ff.adaptive.state_check import check_adaptive_state
+from adaptive_ff.adaptive.step import step_adaptive  # noqa: F401  its import registers the kernel
+from adaptive_ff.adaptive.tuning import Tuning
+from adaptive_ff.friction.columns import Hypothesis, initial_friction_state
+from adaptive_ff.friction.identifying import ALL_CHOICES, IdentifyingController, check_parameters, has_gravity
+from adaptive_ff.friction.model import FURTHER, WITH_GRAVITY, TorqueModel, ripple_names
+from adaptive_ff.learning.kalman import Prior
+from adaptive_ff.learning.response import initial_response
+from controllers import check_gains, check_positive
+from controllers.arrays import NDArray
+from controllers.checks import check_numbers, check_velocity_lag, checked_array, checked_switch
+from controllers.plausible_sizes import LARGEST_VELOCITY, inertia_bounds
 
 if TYPE_CHECKING:
-    from adaptive_ff.report.diagnosis import Diagnosis, Recorded
+    from adaptive_ff.adaptive.diagnosis import Diagnosis
+
+Array = NDArray[np.float64]
+
+MOST_REGRESSORS = 20
+"""Most further regressors: with some 25 columns and more, all of them are learnt worse."""
+
+LARGEST_REGRESSOR = 1e6
+"""Largest further regressor: they are of the size of one, and from far larger ones no estimator goes on."""
 
 
-class AdaptiveBase(IdentifyingController):
-    """What the adaptive controllers share: reading what has been learnt, and taking further regressors."""
+class AdaptiveController(IdentifyingController):
+    """Control law ``u = Kp (r - w) + Ki int (r - w) dt + sum_i theta_i psi_i(r) + g d``, ``theta`` learnt online.
 
-    def _belongs_to(self) -> dict[str, Any]:
-        estimator = self.parameters.estimator
-        found = super()._belongs_to() | {"inertia": float(estimator.first[INERTIA])}
-        if estimator.gear_ratio != 1.0:  # gravity, ripple and maps are over the position of the joint
-            found["gear_ratio"] = float(estimator.gear_ratio)
-        if self._ripples > 0:
-            found["ripple_waves"] = estimator.waves[-self._ripples :].tolist()
-        mapped = estimator.friction_map
-        if coefficient_count(mapped) == 0:
-            return found
-        numbers = [*mapped.waves.tolist(), mapped.hats, mapped.lowest, mapped.spacing, mapped.load, mapped.memory]
-        return found | {"friction_map": [float(number) for number in numbers]}
-
-    def _largest_torque(self) -> float:
-        return largest_torque(self.parameters.feedback.proportional, self.parameters.feedback.integral)
-
-    def _check_state(self, state: Any) -> None:
-        super()._check_state(state)
-        largest, estimator = self._largest_torque(), self.parameters.estimator
-        check_estimator_state(estimator, state.estimator, largest)
-        ranges = possible_now(estimator, state.estimator.levels)
-        check_candidate_state(estimator, state.estimator.candidates, ranges, largest)
-        check_map_state(state.estimator.friction_map, largest)
-        check_share("command.share", state.command.share)
-        if not 0.0 <= state.timing.lag <= self.parameters.estimator.ranges[FRICTION_LAG, 1] * (1.0 + 1e-9):
-            raise ValueError(f"state.timing.lag = {state.timing.lag} s is not allowed: it is beyond its range")
-        if not state.timing.seen >= 0.0:
-            raise ValueError(f"state.timing.seen = {state.timing.seen} is not allowed: it must be zero or more")
-        check_not_negative("doubt", left=state.doubt.left, speed=state.doubt.speed, aside=state.doubt.aside)
-
-    @property
-    def feedforward_enabled(self) -> bool:
-        """Whether what is identified is fed forward; it is faded in and out, and identification goes on."""
-        return bool(self.state.command.feedforward_enabled)
-
-    @feedforward_enabled.setter
-    def feedforward_enabled(self, value: bool) -> None:
-        switch = checked_switch("feedforward_enabled", value)
-        self.state = self.state._replace(command=self.state.command._replace(feedforward_enabled=switch))
-
-    def _prepare(self, reference: float, torque: float) -> None:
-        block, state = self.parameters, self.state
-        model = identified_model(block, state)
-        friction = 0.0 if reference == 0.0 else directed_friction(model, abs(reference), reference)
-        count = block.estimator.first.size - load_count(block.estimator)
-        measured = initial_signals(count)
-        measured.filters[FILTER_TORQUE, 0] = torque
-        state.estimator.candidates.filters[:] = 0.0
-        state.estimator.candidates.bent[:] = 0.0
-        self.state = state._replace(
-            feedforward=FeedforwardState(friction, reference, True, 0.0, 0.0, 0.0),
-            measured=measured,
-            model=initial_signals(count),
-            sliding=-block.hold,
-            lagged_torque=torque,
-            model_torques=(friction,) * len(state.model_torques),
-            known_torques=(0.0,) * len(state.known_torques),
-            command=state.command._replace(share=0.0),  # the integral holds the torque; what is fed fades in
-        )
-
-    @property
-    def depends_on_position(self) -> bool:
-        """Whether it learns a ripple or friction over its own position."""
-        mapped = self.parameters.estimator.friction_map
-        return self._ripples > 0 or mapped.waves.size + mapped.hats > 0
-
-    @property
-    def _ripples(self) -> int:
-        return sum(name.startswith(RIPPLE) for name in self.estimate_names) // len(RIPPLE)
-
-    @property
-    def regressors(self) -> NDArray[np.float64]:
-        """Further known regressors that hold now; what is written here, the next step sees."""
-        held: NDArray[np.float64] = self._state.estimator.regressors  # arrays are shared with compiled code
-        return held
-
-    def _take_regressors(self, regressors: Sequence[float]) -> None:
-        place = self.regressors
-        values = checked_array("regressors", regressors)
-        if values.shape != place.shape:
-            raise ValueError(
-                f"regressors has shape {values.shape}; it must be {place.size} numbers, as the controller was made for"
-            )
-        refuse_large("regressors", values)
-        write_finite(place, values)
-
-    @property
-    def uncertainties(self) -> dict[str, float]:
-        """How far each estimate may be off, as a standard deviation, by name; see ``confidence`` for its limits."""
-        estimator, state = self.parameters.estimator, self.state.estimator
-        errors = assess(estimator, state, self.parameters.period).errors.tolist()
-        errors += [one.error for one in assess_choice(estimator, state.candidates)]
-        return dict(zip(self.estimate_names, errors, strict=True))
-
-    @property
-    def feedforward_lag(self) -> float:
-        """Friction lag that the feedforward is computed with, s: the identified one, tuned by the tracking error."""
-        return float(self.state.timing.lag)
-
-    @property
-    def learnt_map(self) -> LearntMap | None:
-        """Friction over position and load as it is learnt and fed; None for a controller without a map."""
-        if self._state.estimator.friction_map.coefficients.size == 0:  # known without reading the state from memory
-            return None
-        return read_map(self.parameters.estimator.friction_map, self.state.estimator.friction_map)
-
-    def diagnose(self, run: "Recorded | None" = None) -> "Diagnosis":
-        """Return what the controller has identified and how uncertain it is; see ``report.diagnosis``."""
-        from adaptive_ff.report.diagnosis import diagnose
-
-        return diagnose(self, run)
-
-
-def refuse_large(name: str, values: NDArray[np.float64]) -> None:
-    """Raise ``ValueError`` where a regressor is too large; one that is not finite is none."""
-    large = values[(np.abs(values) > LARGEST_REGRESSOR) & np.isfinite(values)]
-    if large.size > 0:
-        raise ValueError(
-            f"{name} = {large[0]:g} is not allowed: they should be of the size of one, from {-LARGEST_REGRESSOR:g} to "
-            f"{LARGEST_REGRESSOR:g} at most"
-        )
-
-
-def write_finite(held: NDArray[np.float64], values: NDArray[np.float64]) -> None:
-    """Write regressors over those that hold; of one that is not finite the last one holds."""
-    np.copyto(held, values, where=np.isfinite(values))
-
-
-class UnsupervisedController(AdaptiveBase):
-    """Control law ``u = Kp (r - w) + Ki int (r - w) dt + J dr/dt + f_ref + offset``, the model identified online.
-
-    The lagged friction ``f_ref`` solves ``tau df_ref/dt + f_ref = F(r)``; see ``friction.feedforward``. What it has
-    identified is fed forward in full, also where the model does not hold: it is there for comparison, and to watch the
-    motion of another controller. Arguments are those of :class:`AdaptiveController`, but for the observer's.
-    """
-
-    def __init__(
-        self,
-        proportional: float,
-        integral: float,
-        period: float,
-        *,
-        inertia: float,
-        stribeck_velocity: float,
-        stribeck_shape: float = 1.0,
-        memory: float | None = None,
-        filter_pole: float | None = None,
-        parameters: Sequence[str] = ESTIMATED,
-        delay: float = 0.0,
-        velocity_lag: float = 0.0,
-        tunes_lag: bool = True,
-        regressors: int = 0,
-        gear_ratio: float = 1.0,
-        ripple_periods: Sequence[float] = (),
-    ) -> None:
-        self.estimate_names, block = adaptive_parameters(settings_among(locals()))
-        super().__init__(block, period, initial_adaptive_state)
-
-
-class AdaptiveController(AdaptiveBase):
-    """Control law ``u = Kp (r - w) + Ki int (r - w) dt + J dr/dt + gamma f_ref + offset + g d``, identified online.
-
-    The lagged friction ``f_ref`` solves ``tau df_ref/dt + f_ref = F(r)``; see ``friction.feedforward``. ``d`` is an
-    observer of the torque that the feedforward lacks, ``g`` its gain, which noise closes; ``gamma`` is the trust in the
-    friction; README.md beside this file says what each is for, and where they fail.
-
-    The first estimate is a frictionless joint of the assumed inertia, with a friction lag equal to the time constant
-    ``J/Kp`` of the feedback, but 30 ms at most; lags that are much shorter hardly matter to the loop.
+    ``psi_i`` are unit torques along the reference (inertia, friction, gravity: :mod:`adaptive_ff.friction.columns`),
+    ``theta_i`` their sizes out of one Kalman filter behind the response of the loop, ``d`` an observer of the torque
+    that the feedforward lacks and ``g`` its gain. README.md beside this file has the equations and the contract.
 
     Parameters
     ----------
@@ -249,81 +55,57 @@ class AdaptiveController(AdaptiveBase):
     stribeck_shape : float, optional
         Stribeck shape factor, pre-estimated.
     memory : float, optional
-        Memory of the estimator, s of sliding motion: an equation counts ``exp(-age/memory)``. By default what
-        :func:`adaptive_ff.adaptive.settings.default_memory` says.
-    filter_pole : float, optional
-        Pole of the regression's filters, rad/s; by default the crossover of the feedback, ``Kp/J``.
+        Time in which what was learnt fades to the prior by ``1/e``, s of motion; :class:`Tuning` has the default.
     parameters : sequence of str, optional
         What is identified, one of the sets of :mod:`adaptive_ff.friction.model`: ``WITH_GRAVITY`` by default, for a
-        rotary joint. What differs by direction of Coulomb friction, and a constant load, is an offset; gravity is there
-        as soon as ``step`` is given a position, and zero until then. ``WITH_OFFSET`` is without gravity, for a linear
-        axis whose position is given all the same; ``ESTIMATED`` without offset, too; ``PER_DIRECTION`` and
-        ``PER_DIRECTION_WITH_GRAVITY`` where all friction may differ by direction.
+        rotary joint. Gravity is there as soon as ``step`` is given a position, and zero until then. ``WITH_OFFSET`` is
+        without gravity, for a linear axis whose position is given all the same; ``ESTIMATED`` without offset, too;
+        ``PER_DIRECTION`` and ``PER_DIRECTION_WITH_GRAVITY`` where friction may differ by direction. The offset is the
+        torque that the integral holds, a constant load among it; it need not be fed.
     delay : float, optional
         Computation delay of the drive, sampling periods. The ``feedforward`` that ``step`` takes is, as the torque
         that it returns, of the period in which the drive will apply it.
     velocity_lag : float, optional
         Time by which the measured velocity lags behind the joint's, s: half a period for a difference of positions;
         :func:`controllers.low_pass_lag` for one behind a low-pass.
-    tunes_lag : bool, optional
-        Whether the lag of the feedforward is tuned by the tracking error, beyond the identified friction lag; see
-        :mod:`adaptive_ff.adaptive.learning.lag_tuning`. It must be false for a controller that only watches another's
-        motion.
     regressors : int, optional
         How many further known regressors there are, for instance sines of summed angles in a coupled arm: the joint
-        carries the torque ``sum_i a_i x_i`` beside gravity, and the ``a_i`` are identified. Their values, of the size
-        of one, are given at each step.
+        carries the torque ``sum_i a_i x_i``, and the ``a_i`` are identified. Their values, of the size of one, are
+        given at each step.
     gear_ratio : float, optional
         Position and velocity as they are given over those of the joint that gravity turns: that of the gear where they
         are the motor's, negative where the gear reverses the direction.
     ripple_periods : sequence of float, optional
-        Known periods of a torque over position, such as cogging of a motor, rad of the joint: of a sine and a cosine of
-        each the sizes are identified and fed forward, as soon as ``step`` is given a position.
+        Known periods of a torque over position, such as cogging of a motor, rad of the joint.
     model : TorqueModel or mapping, optional
-        First estimate, from a data sheet, an identification, or the ``estimates`` of another controller, instead of a
-        frictionless joint; fed forward from the first sample. A mapping may hold gravity as well.
+        First estimate, from a data sheet, an identification, or the ``estimates`` of another controller, fed forward
+        from the first sample. A mapping may hold gravity as well.
     deviation : float or mapping, optional
-        How sure that is: standard deviation as a share of each value, or in its unit for each name. It weighs for a
-        few memories.
+        How sure that is: standard deviation as a share of each value, or in its unit for each name.
     torque_limit : float, optional
-        Largest torque that is commanded, N m; what it cut off then counts as not realised without being reported. Where
-        neither it nor ``realised_torque`` is given, the integral winds up beside a drive that saturates; nothing is
-        learnt from torque that its motion does not answer to (:mod:`adaptive_ff.adaptive.faults.drive_limit`).
+        Largest torque that is commanded, N m; what it cut off counts as not realised. Give it, or ``realised_torque``
+        at each step: torque that never acted would be learnt as friction.
     feedforward_includes_inertia : bool, optional
         Whether the ``feedforward`` given to ``step`` is inverse dynamics that includes the inertia along the plan: the
-        ``inertia`` given with it, or the first estimate where none is, times the slope of the plan. The inertia is then
-        identified as ever, and fed once.
-    stribeck_factors : sequence of float, optional
-        Stribeck velocities that are tried, over the assumed one: positive, ascending, 1 among them. The one in use is
-        the estimate ``stribeck_velocity``. With none of them the assumed one is kept.
-    presliding_factors : sequence of float, optional
-        Presliding distances that are tried with the assumed Stribeck velocity ``Vs``, over ``Vs`` by the pole of the
-        filters: positive and ascending. The one in use is the estimate ``presliding``, zero where there is none.
+        ``inertia`` given with it, or that of the controller where none is, times the slope of the plan.
+    observer_bandwidth : float, optional
+        Bandwidth of the observer, Hz, at most the crossover ``Kp/J`` of the feedback.
     position_periods : sequence of float, optional
-        Known periods of friction over position, rad: of a cosine and a sine of each the sizes are learnt. Position is
-        that of the joint, the given one by ``gear_ratio``; a turn of the motor is ``2 pi`` over the gear's ratio.
+        Known periods of friction over position, rad of the joint.
     position_hats : int, optional
         Number of hats of a piecewise linear map of friction over position, where no period is known.
     position_range : sequence of float, optional
-        Positions of the first and of the last hat, rad, a turn about zero by default; beyond, the map goes on as it is.
+        Positions of the first and of the last hat, rad, a turn about zero by default.
     load_friction : bool, optional
-        Whether friction may rise with the known torque, ``feedforward`` and identified gravity.
-    map_memory : float, optional
-        Memory of these maps, s of sliding motion at a position.
+        Whether friction may rise with the known torque, ``feedforward``.
     position_map : sequence of float, optional
-        First estimate of the map of friction over position, such as an identification gives: cosine and sine of each
-        of ``position_periods``, then each of ``position_hats``, from -2 to 2, as shares of the friction of the
-        ``model``, which must have Coulomb friction. It is fed from the first sample on, so ``step`` must be given the
-        position from there on. What friction does over load is learnt anew.
+        First map of friction over position: cosine and sine of each of ``position_periods``, then each of
+        ``position_hats``, from -2 to 2, as shares of the friction of the ``model``, which must have Coulomb friction.
     map_deviation : float or sequence of float, optional
         How sure that is: standard deviation of all its numbers, or of each, as a share of friction; infinite where
-        nothing is known, as of a hat that was not visited; less than a hundredth is a hundredth. A map
-        as vague as it is large is not fed until it is learnt.
-    observer_bandwidth : float, optional
-        Bandwidth of the observer, Hz; at most the crossover of the feedback, ``Kp/J``. By default it is that, but at
-        most 10.3 Hz, and with a delay of the drive less. :meth:`controllers.DisturbanceObserver.design` tells what a
-        margin allows, also for a velocity out of a Kalman filter, which has no lag to be told and yet bounds it. With a
-        delay the observer is faster while the joint stands before anything is learnt, as it answers to no torque then.
+        nothing is known.
+    tuning : Tuning, optional
+        Every constant of the method.
 
     Raises
     ------
@@ -336,14 +118,13 @@ class AdaptiveController(AdaptiveBase):
     >>> from controllers import PI
     >>> design = PI.design(inertia=20.0, period=0.01, bandwidth=10.0)
     >>> controller = AdaptiveController(
-    ...     design.proportional, design.integral, period=0.01, inertia=20.0, stribeck_velocity=0.05
+    ...     design.proportional, design.integral, period=0.01, inertia=20.0, stribeck_velocity=0.05, torque_limit=400.0
     ... )
     >>> torque = controller.step(0.1, 0.0, next_reference=0.101)
-    >>> controller.estimates["coulomb"]
-    0.0
     """
 
-    monitor_names = ("trust", "observer_gain", "observer_torque")
+    monitor_names = ("change_probability", "observer_gain", "observer_torque")
+    state_version = 3
 
     def __init__(
         self,
@@ -355,11 +136,9 @@ class AdaptiveController(AdaptiveBase):
         stribeck_velocity: float,
         stribeck_shape: float = 1.0,
         memory: float | None = None,
-        filter_pole: float | None = None,
         parameters: Sequence[str] = WITH_GRAVITY,
         delay: float = 0.0,
         velocity_lag: float = 0.0,
-        tunes_lag: bool = True,
         regressors: int = 0,
         gear_ratio: float = 1.0,
         ripple_periods: Sequence[float] = (),
@@ -368,47 +147,70 @@ class AdaptiveController(AdaptiveBase):
         torque_limit: float = math.inf,
         feedforward_includes_inertia: bool = False,
         observer_bandwidth: float | None = None,
-        stribeck_factors: Sequence[float] = FACTORS,
-        presliding_factors: Sequence[float] = BENT_FACTORS,
         position_periods: Sequence[float] = (),
         position_hats: int = 0,
         position_range: Sequence[float] | None = None,
         load_friction: bool = False,
-        map_memory: float = MAP_MEMORY,
         position_map: Sequence[float] | None = None,
         map_deviation: float | Sequence[float] = MAP_DEVIATION,
+        tuning: Tuning = Tuning(),  # noqa: B008 - immutable
     ) -> None:
-        self.estimate_names, block = adaptive_parameters(settings_among(locals()))
-        self.estimate_names = (*self.estimate_names, *chosen_names(stribeck_factors, presliding_factors))
-        pole, standing = observer_poles(block, float(inertia), observer_bandwidth)
-        observer = ObserverParameters(pole, standing, float(inertia), block.velocity_lag, block.period)
-        begun = with_first_map(block.estimator, position_map, map_deviation)
-        super().__init__(SupervisedParameters(*block, observer), period, begun or initial_supervised_state)
-
-    def _check_state(self, state: Any) -> None:
-        super()._check_state(state)
-        check_trust(state.trust)
-        check_observer(state.observer)
-        check_plan_known(state)
-        if not 0.0 <= state.moved <= self._largest_torque():
-            raise ValueError(f"state.moved = {state.moved} is not allowed: at most {self._largest_torque():g} N m")
-        check_seen_velocity(state.seen)
-        check_held_integral(state.held, self._largest_torque())
-        check_outer_loop(state.outer)
-        check_held_friction(state.held_friction)
-        check_standing(state.standing, self._largest_torque())
-        check_drive_limit(state.drive)
-
-    def _prepare(self, reference: float, torque: float) -> None:
-        super()._prepare(reference, torque)
-        old = self.state.observer
-        begun = initial_observer(self.parameters.feedback)._replace(noise=old.noise, colour=old.colour)
-        self.state = self.state._replace(observer=begun, held=initial_held_integral(), standing=initial_standing())
+        feedback = check_gains(proportional, integral, period, delay)
+        parameters = check_parameters(parameters, ALL_CHOICES)
+        ripples = checked_periods("ripple_periods", ripple_periods)
+        names = (*parameters, *ripple_names(ripples.size), *further_names(regressors, ripples.size))
+        check_machine(proportional, inertia, stribeck_velocity)
+        check_positive(stribeck_shape=stribeck_shape)
+        check_velocity_lag(velocity_lag, period)
+        check_gear_and_limit(gear_ratio, torque_limit)
+        hats, lowest, spacing = checked_hats(position_hats, position_range)
+        response = inertia / proportional
+        hypothesis = Hypothesis(
+            shape=float(stribeck_shape),
+            distances=stribeck_velocity * response * tuning.distance_ratio ** np.arange(4.0),
+            directions=ASYMMETRY[0] in parameters,
+            waves=np.append(np.ones(int(has_gravity(parameters))), 2.0 * math.pi / ripples),
+            map_waves=2.0 * math.pi / checked_periods("position_periods", position_periods),
+            hats=hats,
+            lowest=lowest,
+            spacing=spacing,
+            over_load=checked_switch("load_friction", load_friction),
+            regressors=int(regressors),
+            gear_ratio=float(gear_ratio),
+        )
+        machine = Machine(
+            inertia=float(inertia),
+            velocity_lag=float(velocity_lag),
+            torque_limit=float(torque_limit),
+            includes_inertia=checked_switch("feedforward_includes_inertia", feedforward_includes_inertia),
+            memory=checked_memory(memory, tuning),
+            first_unit=tuning.first_unit * float(proportional * stribeck_velocity),
+            observer_pole=min(observer_pole(observer_bandwidth, tuning), slowed(1.0 / response, delay * period)),
+            span=max(1, int(tuning.span * response / period)),
+        )
+        prior = default_prior(hypothesis, tuning, float(proportional), float(inertia), float(stribeck_velocity))
+        unit = float(proportional * stribeck_velocity)
+        prior = prior_with(prior, hypothesis, tuning, names, model, deviation, unit, stribeck_shape)
+        coulomb = 0.0 if model is None else float(dict(_items(model)).get("coulomb", 0.0))
+        prior = with_map(prior, hypothesis, tuning, position_map, map_deviation, coulomb)
+        self.estimate_names = (*names, *FOUND)
+        block = AdaptiveParameters(feedback, machine, hypothesis, prior, tuning, float(period))
+        super().__init__(block, period, initial_adaptive_state)
 
     @property
-    def trust(self) -> float:
-        """Share of the identified friction that is fed forward."""
-        return float(self.state.trust.trust)
+    def feedforward_enabled(self) -> bool:
+        """Whether what is identified is fed forward; it is faded in and out, and identification goes on."""
+        return bool(self.state.feedforward_enabled)
+
+    @feedforward_enabled.setter
+    def feedforward_enabled(self, value: bool) -> None:
+        self.state = self.state._replace(feedforward_enabled=checked_switch("feedforward_enabled", value))
+
+    @property
+    def uncertainties(self) -> dict[str, float]:
+        """Standard deviation of each estimate, by name, as the filter believes."""
+        found = deviations(self.parameters, self.state, len(self.estimate_names))
+        return dict(zip(self.estimate_names, found.tolist(), strict=True))
 
     @property
     def observer_gain(self) -> float:
@@ -416,11 +218,196 @@ class AdaptiveController(AdaptiveBase):
         return float(self.state.observer.gain)
 
     @property
-    def torque_limit(self) -> float:
-        """Limit of the drive that it was told, N m; to change it, make another one and hand it ``state_to_json()``."""
-        return float(self.parameters.command.torque_limit)
-
-    @property
     def observed_torque(self) -> float:
         """Torque that the feedforward lacks, as observed, N m."""
-        return float(self.state.observer.disturbance)
+        return float(self.state.observer.torque)
+
+    @property
+    def torque_limit(self) -> float:
+        """Limit of the drive, N m; to change it, make another controller and hand it ``state_to_json()``."""
+        return float(self.parameters.machine.torque_limit)
+
+    @property
+    def feedforward_lag(self) -> float:
+        """Friction lag that the feedforward is computed with, s."""
+        return math.exp(self.state.mean[-2])
+
+    @property
+    def learnt_map(self) -> LearntMap | None:
+        """Friction over position and load as it is learnt and fed; None for a controller without a map."""
+        return read_map(self.parameters.hypothesis, self.state.mean)
+
+    @property
+    def depends_on_position(self) -> bool:
+        """Whether it learns a ripple or friction over its own position."""
+        hypothesis = self.parameters.hypothesis
+        ripples = any(name.startswith("ripple") for name in self.estimate_names)
+        return bool(ripples or hypothesis.map_waves.size + hypothesis.hats > 0)
+
+    @property
+    def regressors(self) -> Array:
+        """Further known regressors that hold now; what is written here, the next step sees."""
+        held: Array = self._state.regressors  # arrays are shared with compiled code
+        return held
+
+    def diagnose(self) -> "Diagnosis":
+        """Return what is known of the joint, how surely, what is not known and why, and what is suspected."""
+        from adaptive_ff.adaptive.diagnosis import diagnose
+
+        return diagnose(self)
+
+    def _take_regressors(self, regressors: Sequence[float]) -> None:
+        place = self.regressors
+        values = checked_array("regressors", regressors)
+        if values.shape != place.shape:
+            raise ValueError(
+                f"regressors has shape {values.shape}; it must be {place.size} numbers, as the controller was made for"
+            )
+        refuse_large("regressors", values)
+        write_finite(place, values)
+
+    def _belongs_to(self) -> dict[str, Any]:
+        hypothesis = self.parameters.hypothesis
+        found = super()._belongs_to()
+        found |= {"stribeck_shape": hypothesis.shape, "distances": hypothesis.distances.tolist()}
+        if hypothesis.gear_ratio != 1.0:  # gravity, ripple and maps are over the position of the joint
+            found["gear_ratio"] = hypothesis.gear_ratio
+        if any(name.startswith("ripple") for name in self.estimate_names):
+            found["waves"] = hypothesis.waves.tolist()
+        mapped = [*hypothesis.map_waves.tolist(), hypothesis.hats, hypothesis.lowest, hypothesis.spacing]
+        if hypothesis.map_waves.size + hypothesis.hats + int(hypothesis.over_load):
+            found["friction_map"] = [float(number) for number in (*mapped, hypothesis.over_load)]
+        return found
+
+    def _check_state(self, state: Any) -> None:
+        super()._check_state(state)
+        check_adaptive_state(self.parameters, state)
+
+    def _prepare(self, reference: float, torque: float) -> None:
+        """Forget the motion, the loop's states and the observer, keep what was learnt; what is fed fades in."""
+        block, state = self.parameters, self.state
+        begun: AdaptiveState = initial_adaptive_state(block)
+        self.state = begun._replace(
+            feedback=state.feedback,
+            friction=initial_friction_state(block.hypothesis),
+            response=initial_response(block.prior.mean.size + 3, block.feedback.delay),
+            quiet=state.quiet,
+            loud=state.loud,
+            mean=state.mean,
+            given=state.given,
+            regressors=state.regressors,
+            weight=state.weight,
+            noise=begun.noise._replace(variance=state.noise.variance),
+            unit=state.unit,
+            last_reference=reference,
+            steady=torque,
+            enabled=state.enabled,
+            feedforward_enabled=state.feedforward_enabled,
+            share=0.0,
+        )
+
+
+def _items(model: TorqueModel | Mapping[str, float]) -> Any:
+    return (model._asdict() if isinstance(model, TorqueModel) else model).items()
+
+
+def prior_with(
+    prior: Prior,
+    hypothesis: Hypothesis,
+    tuning: Tuning,
+    names: Sequence[str],
+    model: TorqueModel | Mapping[str, float] | None,
+    deviation: float | Mapping[str, float],
+    unit: float,
+    stribeck_shape: float,
+) -> Prior:
+    """Return a prior with what is known of the joint, where anything is; a deviation is checked in any case."""
+    if model is None:
+        model_prior(prior, hypothesis, tuning, names, {"inertia": prior.mean[0], "friction_lag": 0.0}, deviation, unit)
+        return prior
+    if isinstance(model, TorqueModel):
+        assumed = {"stribeck_velocity": math.exp(prior.mean[-1]), "stribeck_shape": stribeck_shape}
+        for name, value in assumed.items():
+            own = getattr(model, name)
+            check_numbers(**{f"model.{name}": own})
+            if not math.isclose(own, value):
+                raise ValueError(f"model.{name} = {own:g} is not allowed: it must be {name} = {value:g}")
+    return model_prior(prior, hypothesis, tuning, names, model, deviation, unit)
+
+
+def further_names(count: int, ripples: int = 0) -> tuple[str, ...]:
+    """Return the names of the sizes of so many further regressors, or raise ``ValueError`` for no such number."""
+    if isinstance(count, bool) or not isinstance(count, int | np.integer) or not 0 <= count <= MOST_REGRESSORS:
+        raise ValueError(f"regressors = {count} is not allowed: it must be a whole number from 0 to {MOST_REGRESSORS}")
+    if 2 * ripples + count > MOST_REGRESSORS:
+        raise ValueError(
+            f"regressors = {count} is not allowed: with {ripples} ripple_periods, two columns each, it must be "
+            f"{MOST_REGRESSORS - 2 * ripples} at most"
+        )
+    return tuple(f"{FURTHER}{number}" for number in range(1, count + 1))
+
+
+def check_machine(proportional: float, inertia: float, stribeck_velocity: float) -> None:
+    """Raise ``ValueError`` for an inertia (kg m^2) or a Stribeck velocity (rad/s) that no machine of the loop has.
+
+    The messages name no units: a controller is not told whether its axis turns or is linear.
+    """
+    check_positive(proportional=proportional, inertia=inertia, stribeck_velocity=stribeck_velocity)
+    least, most = inertia_bounds(proportional)
+    if not least < inertia < most:
+        raise ValueError(
+            f"inertia = {inertia} is not allowed with proportional = {proportional}: it must be between {least:g} and "
+            f"{most:g}"
+        )
+    if stribeck_velocity > LARGEST_VELOCITY:
+        raise ValueError(
+            f"stribeck_velocity = {stribeck_velocity} is not allowed: it must be {LARGEST_VELOCITY:g} at most"
+        )
+
+
+def check_gear_and_limit(gear_ratio: float, torque_limit: float) -> None:
+    """Raise ``ValueError`` for a gear ratio that is zero or not finite, or a limit (N m) that is not positive."""
+    check_numbers(gear_ratio=gear_ratio, torque_limit=torque_limit)
+    if not (math.isfinite(gear_ratio) and gear_ratio != 0.0):
+        raise ValueError(f"gear_ratio = {gear_ratio} is not allowed: it must be finite and not zero")
+    if not torque_limit > 0.0:
+        raise ValueError(f"torque_limit = {torque_limit} N m is not allowed: it must be positive")
+
+
+def slowed(crossover: float, delay: float) -> float:
+    """Return the fastest pole of the observer (rad/s) around a loop of a crossover (rad/s) and a delay (s).
+
+    A delay costs the observer's loop the phase that it costs the feedback, once more.
+    """
+    return crossover / (1.0 + 2.0 * delay * crossover)
+
+
+def checked_memory(memory: float | None, tuning: Tuning) -> float:
+    """Return the memory, s of motion."""
+    if memory is None:
+        return tuning.memory
+    check_positive(memory=memory)
+    return float(memory)
+
+
+def observer_pole(bandwidth: float | None, tuning: Tuning) -> float:
+    """Return the fastest pole of the observer, rad/s, for a bandwidth in Hz."""
+    if bandwidth is None:
+        return tuning.fastest
+    check_positive(observer_bandwidth=bandwidth)
+    return 2.0 * math.pi * float(bandwidth)
+
+
+def refuse_large(name: str, values: Array) -> None:
+    """Raise ``ValueError`` where a regressor is too large; one that is not finite is none."""
+    large = values[(np.abs(values) > LARGEST_REGRESSOR) & np.isfinite(values)]
+    if large.size > 0:
+        raise ValueError(
+            f"{name} = {large[0]:g} is not allowed: they should be of the size of one, from {-LARGEST_REGRESSOR:g} to "
+            f"{LARGEST_REGRESSOR:g} at most"
+        )
+
+
+def write_finite(held: Array, values: Array) -> None:
+    """Write regressors over those that hold; of one that is not finite the last one holds."""
+    np.copyto(held, values, where=np.isfinite(values))

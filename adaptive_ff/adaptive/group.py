@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, Any, Self
 import numpy as np
 
 from adaptive_ff.adaptive.controller import AdaptiveController
+from adaptive_ff.adaptive.extensions.chain import JointRegressors, carried_links, link_angles, regressor_count
 from adaptive_ff.adaptive.group_step import step_group
-from adaptive_ff.adaptive.joint_regressors import JointRegressors, carried_links, link_angles, regressor_count
 from adaptive_ff.errors import check_kind, checked_path, read_text
 from adaptive_ff.friction.model import IDENTIFIED
 from controllers import Inputs, Output
@@ -23,7 +23,7 @@ from controllers.checks import checked_array
 from controllers.compiled import compiles
 
 if TYPE_CHECKING:
-    from adaptive_ff.report.diagnosis import Diagnosis
+    from adaptive_ff.adaptive.diagnosis import Diagnosis
 
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
@@ -61,9 +61,9 @@ class JointGroup:
     parallel axes, gravity is taken at the sum of the angles, and every joint carries the weight of those that follow:
     their sines and cosines are its further known regressors. Others may be given at each step, for each joint its own.
 
-    A joint can have 20 further regressors (``adaptive.settings.MOST_REGRESSORS``), so in a chain ten joints may follow
-    one: twelve in a row are refused. There ``preceding`` is left out, sums of angles are given as ``position``, and at
-    most 20 ``regressors`` of each joint: one sum for links whose weights are known but for a factor.
+    A joint can have 20 further regressors (``MOST_REGRESSORS``), so in a chain ten joints may follow one:
+    twelve in a row are refused. There ``preceding`` is left out, sums of angles are given as ``position``, and at most
+    20 ``regressors`` of each joint: one sum for links whose weights are known but for a factor.
 
     Parameters
     ----------

@@ -1,164 +1,248 @@
-"""What an adaptive controller assumes of its joint before it has learnt: first estimate, units, how sure it is."""
+"""What an adaptive controller assumes of its joint before it has learnt: mean, covariance and bounds of its columns.
+
+Friction is a total, a split of it over the columns that bend over a path, and an excess of stiction:
+
+    theta_slip + sum theta_path = Fc,        theta_stiction + sum theta_path = Fs
+
+The total is vague, the split about as vague whatever the total, and stiction is slip and an excess. So a first turn of
+the joint says how much friction there is, and some more of them how it sets in. Without a model all of that is in units
+of the largest torque so far, see ``step.grown_unit``; a model states it in newton metres.
+"""
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import NamedTuple
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from adaptive_ff.friction.bounds import OFFSET, VISCOUS_SHARE, possible_ranges
-from adaptive_ff.friction.model import FURTHER, RIPPLE, WITH_GRAVITY, TorqueModel
-from controllers.checks import check_numbers
+from adaptive_ff.adaptive.tuning import Tuning
+from adaptive_ff.friction.columns import COULOMB, INERTIA, PATHS, STICTION, VISCOUS, Hypothesis, column_count
+from adaptive_ff.friction.model import FURTHER, GRAVITY, RIPPLE, WITH_GRAVITY, TorqueModel
+from adaptive_ff.learning.kalman import Prior
+from controllers.arrays import NDArray
+from controllers.checks import check_numbers, checked_array
 
-LAG_UNIT = 0.01
-"""Least unit of the friction lag, s: the time constant of a fast loop would be too small a unit to find the lag in."""
+Array = NDArray[np.float64]
 
-ONE_SIDED_SHARE = 0.1
-"""Units of the offset and of what differs by direction, as a share of those of friction itself.
+ASYMMETRY = ("stiction_asymmetry", "viscous_asymmetry")
+"""Estimates of what differs by direction."""
 
-Until the joint has moved both ways, the offset and Coulomb friction are one number; the smaller unit, the less of it is
-taken for an offset. With equal units the first seconds were worse than with the five parameters of a symmetric joint.
-"""
+FOUND = ("stribeck_velocity", "presliding")
+"""Estimates that every controller has beside the parameters that it is asked for."""
 
-LOAD_SHARE = 1.0
-"""Unit of the sizes of known loads, gravity among them, as a share of that of friction."""
+LARGEST_COEFFICIENT = 2.0
+"""Largest number of a first map of friction over position, as a share of friction."""
 
-CHOSEN = ("stribeck_velocity", "presliding")
-"""Estimates of another controller that are no parameters: candidates, of which the first one says where to begin."""
+MAP_DEVIATION = 0.05
+"""How sure such a map is where nothing else is said: standard deviation, as a share of friction."""
 
-LEAST_DEVIATION = 0.01
-"""Least standard deviation of a first estimate, in units of the parameter: a prior that is surer would not fade."""
-
-
-LONGEST_GUESS = 0.03
-"""Longest lag of friction that is assumed at first, s; else the time in which the loop brakes its inertia, ``J/Kp``.
-
-That is 0.1 s in loops of 2 Hz, where a joint with a shorter lag sticks at each reversal for longer than the filters
-remember, and the lag comes down by 7 % a reversal. With 0.05, 0.03 and 0.02 s at most, 600 machines drawn with seed 101
-(:mod:`benchmarks.drawn_machines`) settle at 1.039, 1.066 and 1.073 times the ratio to PI, as a geometric mean.
-"""
-
-INERTIA_DEVIATION = 0.3
-"""Standard deviation of the inertia that the feedback was designed for, as a share of it.
-
-Before a joint has turned round a few times, friction that bends or falls looks like inertia, up to ten times what it
-is. With 1.0, as all other parameters have it, machines drawn with seed 101 settle at 0.98 times the ratio to PI that
-they have with 0.3, falls of 10 and 20 gains at 0.91 (geometric mean; median of seeds 101 to 112). Told too small by
-five it is found all the same.
-"""
+DEVIATION = 0.2
+"""How sure a model is where nothing else is said: standard deviation as a share of each value."""
 
 
-class Prior(NamedTuple):
-    """What is assumed of the parameters, in the order of the estimate.
-
-    Attributes
-    ----------
-    first, scale, deviation : ndarray, shape (n,)
-        First estimate, unit of each parameter, and standard deviation of the first estimate.
-    given : bool
-        Whether the first estimate is that of a model, so that nothing is guessed before there is something to learn.
-    """
-
-    first: NDArray[np.float64]
-    scale: NDArray[np.float64]
-    deviation: NDArray[np.float64]
-    given: bool
+def wave_place(hypothesis: Hypothesis) -> int:
+    """Return the place of the first column over position."""
+    return PATHS + hypothesis.distances.size + 2 * int(hypothesis.directions)
 
 
-def parameter_units(
-    names: Sequence[str], inertia: float, proportional: float, stribeck_velocity: float
-) -> NDArray[np.float64]:
-    """Return the unit that each parameter is estimated in, of its expected size.
+def map_place(hypothesis: Hypothesis) -> int:
+    """Return the place of the first column of the map of friction over position."""
+    return wave_place(hypothesis) + 2 * hypothesis.waves.size
+
+
+def split_over_paths(distances: Array, presliding: float) -> Array:
+    """Return the shares of Coulomb friction in the columns slip and paths whose mean path is a presliding distance."""
+    path = np.concatenate([[0.0], distances])
+    shares = np.zeros(path.size)
+    above = min(int(np.searchsorted(path, presliding)), path.size - 1)
+    if above == 0 or presliding >= path[above]:
+        shares[above] = 1.0
+    else:
+        shares[above] = (presliding - path[above - 1]) / (path[above] - path[above - 1])
+        shares[above - 1] = 1.0 - shares[above]
+    return shares
+
+
+def friction_block(shares: Array, total: float, spread: float, excess: float) -> Array:
+    """Return the covariance of slip, stiction and paths.
 
     Parameters
     ----------
-    names : sequence of str
-        The parameters.
-    inertia : float
-        Inertia that the feedback was designed for, kg m^2.
+    shares : ndarray, shape (1 + d,)
+        How the total splits over slip and paths.
+    total, spread, excess : float
+        Standard deviations of the total, of the parts at a given total, and of stiction beyond Coulomb friction.
+    """
+    split = np.full(shares.size, spread**2)
+    parts = total**2 * np.outer(shares, shares) + np.diag(split) - np.outer(split, split) / max(split.sum(), 1e-300)
+    order = np.concatenate([[0, 0], np.arange(1, shares.size)])
+    block: Array = parts[np.ix_(order, order)]
+    block[1, 1] += excess**2
+    return block
+
+
+def default_prior(
+    hypothesis: Hypothesis, tuning: Tuning, proportional: float, inertia: float, stribeck_velocity: float
+) -> Prior:
+    """Return the prior of a joint of which no more is known than the inertia (kg m^2) and the Stribeck velocity.
+
+    Parameters
+    ----------
+    hypothesis, tuning : Hypothesis, Tuning
+        Columns and constants.
     proportional : float
-        Proportional gain, N m s/rad.
-    stribeck_velocity : float
-        Assumed Stribeck velocity, rad/s.
+        Gain of the feedback, N m s/rad.
+    inertia, stribeck_velocity : float
+        Assumed inertia, kg m^2, and Stribeck velocity, rad/s.
     """
-    torque, slope = proportional * stribeck_velocity, VISCOUS_SHARE * proportional
-    units = {
-        "inertia": inertia,
-        "coulomb": torque,
-        "stiction": torque,
-        "viscous": slope,
-        "friction_lag": max(inertia / proportional, LAG_UNIT),
-        "offset": ONE_SIDED_SHARE * torque,
-        "stiction_asymmetry": ONE_SIDED_SHARE * torque,
-        "viscous_asymmetry": ONE_SIDED_SHARE * slope,
-    }
-    return np.array([units.get(name, LOAD_SHARE * torque) for name in names])
+    count, response = column_count(hypothesis), inertia / proportional
+    scaled = np.ones(count, dtype=bool)
+    mean, deviation = np.zeros(count), np.ones(count)
+    lowest, highest = np.full(count, -math.inf), np.full(count, math.inf)
+    paths = hypothesis.distances.size
+    mean[INERTIA], deviation[INERTIA] = inertia, tuning.inertia_deviation * inertia
+    lowest[INERTIA], highest[INERTIA] = inertia / tuning.inertia_range, inertia * tuning.inertia_range
+    deviation[VISCOUS] = tuning.viscous_deviation * proportional
+    lowest[VISCOUS : PATHS + paths] = 0.0
+    scaled[[INERTIA, VISCOUS, -2, -1]] = False
+    if hypothesis.directions:
+        deviation[PATHS + paths], deviation[PATHS + paths + 1] = tuning.asymmetry, tuning.asymmetry * deviation[VISCOUS]
+        scaled[PATHS + paths + 1] = False
+    mean[-2] = math.log(min(max(tuning.lag_share * response, tuning.shortest_guess), tuning.longest_guess))
+    deviation[-2], lowest[-2], highest[-2] = (
+        tuning.lag_deviation,
+        math.log(tuning.shortest_lag),
+        math.log(tuning.longest_lag),
+    )
+    mean[-1], deviation[-1] = math.log(stribeck_velocity), tuning.velocity_deviation
+    reach = math.log(tuning.velocity_range)
+    lowest[-1], highest[-1] = mean[-1] - reach, mean[-1] + reach
+    covariance = np.diag(deviation**2)
+    places = np.arange(COULOMB, PATHS + paths)
+    shares = np.full(1 + paths, (1.0 - tuning.slip_share) / max(paths, 1))
+    shares[0] = tuning.slip_share if paths else 1.0
+    covariance[np.ix_(places, places)] = friction_block(shares, tuning.total, tuning.spread, tuning.excess)
+    return Prior(mean, covariance, scaled, lowest, highest)
 
 
-def frictionless_prior(names: Sequence[str], scale: NDArray[np.float64], inertia: float, lag: float) -> Prior:
-    """Return the prior of a frictionless joint of an inertia (kg m^2), with a friction lag (s); as sure as a unit.
-
-    Only the inertia is surer: the feedback was designed for it.
-    """
-    known, sure = {"inertia": inertia, "friction_lag": lag}, {"inertia": INERTIA_DEVIATION}
-    first = np.array([known.get(name, 0.0) for name in names])
-    return Prior(first, scale, scale * np.array([sure.get(name, 1.0) for name in names]), False)
+def column_of(hypothesis: Hypothesis, names: Sequence[str], name: str) -> int:
+    """Return the place of the column whose coefficient is the estimate of a name; -1 where it is none by itself."""
+    waves = wave_place(hypothesis)
+    if name in ("inertia", "viscous"):
+        return INERTIA if name == "inertia" else VISCOUS
+    if name in ASYMMETRY:
+        return PATHS + hypothesis.distances.size + ASYMMETRY.index(name)
+    if name in GRAVITY:
+        return waves + GRAVITY.index(name)
+    if name.startswith(RIPPLE):
+        part, number = int(name.startswith(RIPPLE[1])), int(name.rsplit("_", 1)[1])
+        return waves + 2 * int(GRAVITY[0] in names) + 2 * (number - 1) + part
+    if name.startswith(FURTHER):
+        return column_count(hypothesis) - 3 - hypothesis.regressors + int(name.rsplit("_", 1)[1])
+    return -1
 
 
 def model_prior(
+    prior: Prior,
+    hypothesis: Hypothesis,
+    tuning: Tuning,
     names: Sequence[str],
-    scale: NDArray[np.float64],
     model: TorqueModel | Mapping[str, float],
     deviation: float | Mapping[str, float],
-    ranges: NDArray[np.float64],
+    unit: float,
 ) -> Prior:
-    """Return the prior that a model of the joint makes.
+    """Return a prior with what a model of the joint says.
 
     Parameters
     ----------
+    prior : Prior
+        What holds without the model.
+    hypothesis, tuning : Hypothesis, Tuning
+        Columns and constants.
     names : sequence of str
-        The parameters.
-    scale : ndarray, shape (n,)
-        Their units.
+        The estimates.
     model : TorqueModel or mapping
         The joint, from a data sheet, an identification or the ``estimates`` of another controller. Of a mapping what
         this controller does not identify is passed over, and what it lacks but for the inertia and the lag is zero.
     deviation : float or mapping
         How sure it is: standard deviation as a share of each value, or for each name in its unit. What is zero, or not
-        named, is as uncertain as the unit of the parameter.
-    ranges : ndarray, shape (n, 2)
-        Possible values.
+        named, is as uncertain as its unit.
+    unit : float
+        Unit of torque, N m.
 
     Raises
     ------
     ValueError
-        A value is missing, not finite or not possible, a name is not one of the parameters, or a deviation is not
+        A value is missing, not finite or not possible, a name is not one of the estimates, or a deviation is not
         positive and finite.
     TypeError
         The model is none, or a value no number.
     """
-    known = model._asdict() if isinstance(model, TorqueModel) else _by_name(model)
-    possible = {*names, *TorqueModel._fields, *WITH_GRAVITY, *CHOSEN}
-    unknown = [name for name in known if name not in possible and not name.startswith((FURTHER, *RIPPLE))]
+    known = checked_values(prior, names, model)
+    units = {"friction_lag": 1.0, "offset": unit, "coulomb": unit, "stiction": unit} | {
+        name: math.sqrt(prior.covariance[place, place]) * (unit if prior.scaled[place] else 1.0)
+        for name in names
+        if (place := column_of(hypothesis, names, name)) >= 0
+    }
+    spread = checked_deviations(names, known, deviation, units)
+    mean, covariance, scaled = prior.mean.copy(), prior.covariance.copy(), prior.scaled.copy()
+    for name in names:
+        place = column_of(hypothesis, names, name)
+        if place >= 0:
+            mean[place], scaled[place] = known[name], False
+            covariance[place, place] = max(spread[name], tuning.least_deviation * units[name]) ** 2
+    paths = hypothesis.distances.size
+    places = np.arange(COULOMB, PATHS + paths)
+    shares = split_over_paths(hypothesis.distances, known.get("presliding", 0.0))
+    coulomb, stiction = known["coulomb"], known["stiction"]
+    mean[COULOMB], mean[PATHS : PATHS + paths] = coulomb * shares[0], coulomb * shares[1:]
+    mean[STICTION] = max(stiction - coulomb * (1.0 - shares[0]), 0.0)
+    scaled[places] = False
+    deviations = [max(spread[name], tuning.least_deviation * unit) for name in ("coulomb", "stiction")]
+    covariance[np.ix_(places, places)] = friction_block(
+        shares, deviations[0], tuning.spread * max(coulomb, deviations[0]), deviations[1]
+    )
+    lag, least = known["friction_lag"], math.exp(prior.lowest[-2])
+    mean[-2] = math.log(max(lag, least))
+    relative = min(tuning.lag_deviation, spread["friction_lag"] / max(lag, least))
+    covariance[-2, -2] = max(tuning.least_deviation, relative) ** 2
+    if known.get("stribeck_velocity", 0.0) > 0.0:
+        mean[-1] = min(max(math.log(known["stribeck_velocity"]), prior.lowest[-1]), prior.highest[-1])
+    return Prior(mean, covariance, scaled, prior.lowest, prior.highest)
+
+
+def checked_values(prior: Prior, names: Sequence[str], model: TorqueModel | Mapping[str, float]) -> dict[str, float]:
+    """Return the values of a model by name, zero where it says nothing; refuse what is not possible."""
+    given = model._asdict() if isinstance(model, TorqueModel) else _by_name(model)
+    possible = {*names, *TorqueModel._fields, *WITH_GRAVITY, *FOUND}
+    unknown = [name for name in given if name not in possible and not name.startswith((FURTHER, *RIPPLE))]
     if unknown:
         raise ValueError(f"model.{min(unknown)} is not known: it must be one of {', '.join(sorted(possible))}")
-    first = np.zeros(len(names))
-    for i, name in enumerate(names):
-        if name not in known and name in ("inertia", "friction_lag"):
+    values = {}
+    for name in (*names, *FOUND):
+        if name not in given and name in ("inertia", "friction_lag"):
             raise ValueError(f"model has no {name}: it must have inertia and friction_lag at least")
-        check_numbers(**{f"model.{name}": known.get(name, 0.0)})
-        value = float(known.get(name, 0.0))
-        least, most = ranges[i] if i >= OFFSET or name in ("inertia", "friction_lag") else (0.0, math.inf)
+        value = given.get(name, 0.0)
+        check_numbers(**{f"model.{name}": value})
+        least, most = _possible(prior, name)
         if not (math.isfinite(value) and least <= value <= most):
             raise ValueError(
                 f"model.{name} = {value:g} is not allowed: it must be finite and from {least:g} to {most:g}"
             )
-        first[i] = value
-    return Prior(first, scale, _deviations(names, scale, first, deviation), True)
+        values[name] = float(value)
+    return values
 
 
-def _by_name(model: Mapping[str, float]) -> dict[str, float]:
+def _possible(prior: Prior, name: str) -> tuple[float, float]:
+    if name == "inertia":
+        return float(prior.lowest[INERTIA]), float(prior.highest[INERTIA])
+    if name == "friction_lag":
+        return 0.0, math.exp(prior.highest[-2])
+    signed = (*ASYMMETRY, "offset", *GRAVITY)
+    return (-math.inf if name in signed or name.startswith((FURTHER, *RIPPLE)) else 0.0), math.inf
+
+
+def _by_name(model: Any) -> dict[str, float]:
     """Return a mapping as a dict; raise ``TypeError`` for what is none."""
     try:
         known = dict(model)
@@ -169,70 +253,102 @@ def _by_name(model: Mapping[str, float]) -> dict[str, float]:
     return known
 
 
-def _deviations(
+def checked_deviations(
     names: Sequence[str],
-    scale: NDArray[np.float64],
-    first: NDArray[np.float64],
+    known: Mapping[str, float],
     deviation: float | Mapping[str, float],
-) -> NDArray[np.float64]:
+    units: Mapping[str, float],
+) -> dict[str, float]:
+    """Return the standard deviation of each value of a model; ``units`` hold where nothing is said."""
     if isinstance(deviation, Mapping):
-        unknown = set(deviation) - {*names, *CHOSEN}
+        unknown = set(deviation) - {*names, *FOUND}
         if unknown:
             raise ValueError(f"deviation.{min(unknown)} is not allowed: it must be one of {', '.join(names)}")
-        given = {f"deviation.{name}": value for name, value in deviation.items()}
-        check_numbers(**given)
-        asked = np.array([float(deviation.get(name, unit)) for name, unit in zip(names, scale, strict=True)])
+        given = {f"deviation.{name}": value for name, value in deviation.items() if name not in (*FOUND, "offset")}
     else:
         given = {"deviation": deviation}
-        check_numbers(**given)
-        asked = np.where(first != 0.0, float(deviation) * np.abs(first), scale)
+    check_numbers(**given)
     for where, value in given.items():
         if not (math.isfinite(value) and value > 0.0):
             raise ValueError(f"{where} = {value} is not allowed: it must be positive and finite")
-    found: NDArray[np.float64] = np.maximum(asked, LEAST_DEVIATION * scale)
-    return found
+    if isinstance(deviation, Mapping):
+        return {name: float(deviation.get(name, unit)) for name, unit in units.items()}
+    return {name: float(deviation) * abs(known.get(name, 0.0)) or unit for name, unit in units.items()}
 
 
-def prior_of(
-    names: Sequence[str],
-    *,
-    inertia: float,
-    proportional: float,
-    stribeck: tuple[float, float],
-    largest_lag: float,
-    model: TorqueModel | Mapping[str, float] | None,
-    deviation: float | Mapping[str, float],
-) -> tuple[Prior, NDArray[np.float64]]:
-    """Return the prior of a controller, and the possible values of its parameters, shape (n, 2).
+def with_map(
+    prior: Prior,
+    hypothesis: Hypothesis,
+    tuning: Tuning,
+    coefficients: Sequence[float] | None,
+    deviation: float | Sequence[float],
+    coulomb: float,
+) -> Prior:
+    """Return a prior with a first map of friction over position.
 
     Parameters
     ----------
-    names : sequence of str
-        The parameters.
-    inertia, proportional : float
-        Inertia that the feedback was designed for, kg m^2, and its proportional gain, N m s/rad.
-    stribeck : (float, float)
-        Stribeck velocity, rad/s, and shape factor; those of a model must be the same.
-    largest_lag : float
-        Largest possible friction lag, s.
-    model, deviation
-        See ``model_prior``; without a model the joint is assumed to be frictionless.
+    prior, hypothesis, tuning : Prior, Hypothesis, Tuning
+        Prior without it, columns and constants.
+    coefficients : sequence of float or None
+        Cosine and sine of each period, then the hats; shares of the friction.
+    deviation : float or sequence of float
+        Standard deviation of all of them, or of each; infinite where nothing is known.
+    coulomb : float
+        Coulomb friction of the model, N m; zero without one.
 
     Raises
     ------
     ValueError
-        The model or its deviation is not allowed.
+        The map is not allowed.
     """
-    ranges = possible_ranges(inertia, largest_lag, len(names))
-    scale = parameter_units(names, inertia, proportional, stribeck[0])
-    if model is None:
-        _deviations(names, scale, scale, deviation)  # checked, though without a model it is of no use
-        lag = min(inertia / proportional, LONGEST_GUESS)
-        return frictionless_prior(names, scale, inertia, lag), ranges
-    if isinstance(model, TorqueModel):
-        for name, value in zip(("stribeck_velocity", "stribeck_shape"), stribeck, strict=True):
-            own = getattr(model, name)
-            check_numbers(**{f"model.{name}": own})
-            if own != value:
-                raise ValueError(f"model.{name} = {own:g} is not allowed: it must be {name} = {value:g}")
-    return model_prior(names, scale, model, deviation, ranges), ranges
+    waves, count = hypothesis.map_waves.size, 2 * hypothesis.map_waves.size + hypothesis.hats
+    spread = _checked_spread(deviation, np.size(deviation) if coefficients is None else count)
+    if coefficients is None:
+        return prior
+    if count == 0:
+        raise ValueError("position_map is not allowed without position_periods or position_hats")
+    if not coulomb > 0.0:
+        raise ValueError(
+            "position_map is not allowed without a model that has Coulomb friction: its numbers are shares of that"
+        )
+    known = _numbers("position_map", coefficients, count)
+    for place, value in enumerate(known.tolist()):
+        if not abs(value) <= LARGEST_COEFFICIENT:
+            raise ValueError(
+                f"position_map[{place}] = {value:g} is not allowed: it must be from {-LARGEST_COEFFICIENT:g} to "
+                f"{LARGEST_COEFFICIENT:g}"
+            )
+    order = np.arange(count)
+    order[: 2 * waves] = order[: 2 * waves].reshape(-1, 2)[:, ::-1].ravel()  # columns have the sine first
+    places = (map_place(hypothesis) + order)[np.isfinite(spread)]
+    mean, covariance, scaled = prior.mean.copy(), prior.covariance.copy(), prior.scaled.copy()
+    mean[places], scaled[places] = coulomb * known[np.isfinite(spread)], False
+    squares = (coulomb * np.maximum(spread[np.isfinite(spread)], tuning.least_deviation)) ** 2
+    covariance[places, places] = squares
+    return Prior(mean, covariance, scaled, prior.lowest, prior.highest)
+
+
+def _checked_spread(deviation: float | Sequence[float], count: int) -> Array:
+    one_for_all = np.ndim(deviation) == 0
+    spread = _numbers("map_deviation", [deviation] * count if one_for_all else deviation, count)
+    for place, value in enumerate(spread.tolist()):
+        if not value >= 0.0:
+            where = "map_deviation" if one_for_all else f"map_deviation[{place}]"
+            raise ValueError(
+                f"{where} = {value:g} is not allowed: it must be zero or more, or inf for what is not known"
+            )
+    return spread
+
+
+def _numbers(name: str, values: object, count: int) -> Array:
+    try:
+        array = checked_array(name, values)
+    except TypeError as error:
+        raise ValueError(f"{name} = {values!r} is not allowed: it must be {count} numbers") from error
+    if array.shape != (count,):
+        raise ValueError(
+            f"{name} has shape {array.shape}; it must be ({count},): cosine and sine of each of position_periods, then "
+            "position_hats"
+        )
+    return array

@@ -11,8 +11,8 @@ import math
 from collections.abc import Callable, Mapping
 from typing import Any, TypeVar
 
-from adaptive_ff.adaptive.controller import AdaptiveController, UnsupervisedController
-from adaptive_ff.adaptive.settings import FASTEST
+from adaptive_ff.adaptive.controller import AdaptiveController
+from adaptive_ff.adaptive.tuning import Tuning
 from adaptive_ff.baselines.canudas import CanudasController, CanudasMeasuredController
 from adaptive_ff.baselines.feedback_error import FeedbackErrorLearning
 from adaptive_ff.baselines.friction_observer import FrictionObserver
@@ -37,7 +37,7 @@ from adaptive_ff.comparison.oracle import make_oracle, make_oracle_tuned
 from adaptive_ff.comparison.own import Own, make_own
 from adaptive_ff.comparison.own_bandwidth import in_own_loop
 from adaptive_ff.errors import InputError
-from adaptive_ff.friction.model import ESTIMATED, WITH_OFFSET, TorqueModel
+from adaptive_ff.friction.model import WITH_GRAVITY, TorqueModel
 from adaptive_ff.scenario.reference import Multisine
 from adaptive_ff.scenario.scenario import Scenario
 from adaptive_ff.scenario.truth import true_model
@@ -98,24 +98,20 @@ def fixed(form: str, source: str) -> Maker:
 
 def make_adaptive(scenario: Scenario, **options: Any) -> AdaptiveController:
     """Make the adaptive controller as a scenario asks for it, with further options of :class:`AdaptiveController`."""
-    bounded = scenario.velocity_lag == 0.0  # else the observer knows the lag
-    gains, assumed = scenario.feedback.gains, scenario.adaptation
-    bandwidth = observer_bandwidth(scenario, 1.7, DisturbanceObserver.design, *gains, bounded=bounded)
+    assumed = scenario.adaptation
     settings = {
-        "parameters": assumed.parameters or WITH_OFFSET,
+        "parameters": assumed.parameters or WITH_GRAVITY,
         "ripple_periods": assumed.ripple_periods,
         "position_periods": scenario.friction_periods,
         "position_hats": assumed.position_hats,
         "position_range": assumed.position_range,
         "load_friction": assumed.load_friction,
-        "observer_bandwidth": min(bandwidth, FASTEST / (2.0 * math.pi)),
     }
     return made_for(scenario, AdaptiveController, **{**settings, **options})
 
 
-def _adaptive_unsupervised(scenario: Scenario) -> UnsupervisedController:
-    parameters, ripple = scenario.adaptation.parameters or ESTIMATED, scenario.adaptation.ripple_periods
-    return made_for(scenario, UnsupervisedController, parameters=parameters, ripple_periods=ripple)
+def _without_observer(scenario: Scenario) -> AdaptiveController:
+    return make_adaptive(scenario, tuning=Tuning(gate_on=-1.0, gate_off=0.0))
 
 
 def _canudas(kind: Any, dead_zone: float) -> Maker:
@@ -296,7 +292,7 @@ CONTROLLERS: dict[str, Maker] = {
     "adaptive_paper": lambda scenario: made_for(
         scenario, PaperController, memory=scenario.adaptation.memory or PAPER_MEMORY
     ),
-    "adaptive_unsupervised": _adaptive_unsupervised,
+    "adaptive_unsupervised": _without_observer,
     "adaptive": make_adaptive,
     "canudas": _canudas(CanudasController, DEAD_ZONE),
     "canudas_measured": _canudas(CanudasMeasuredController, MEASURED_DEAD_ZONE),

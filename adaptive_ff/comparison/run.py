@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from adaptive_ff.adaptive.controller import AdaptiveBase
-from adaptive_ff.adaptive.learning.map_reading import LearntMap
+from adaptive_ff.adaptive.controller import AdaptiveController
+from adaptive_ff.adaptive.extensions.over_position import LearntMap
 from adaptive_ff.comparison.registry import loop_of, make_controller
 from adaptive_ff.comparison.running import check_progress, drive_over
 from adaptive_ff.comparison.thinning import Thinned, drive_thinned
@@ -66,10 +66,10 @@ class Run:
     position_metrics : PositionMetrics or None
         Figures of merit of the position; None without a position loop.
     monitors : dict of ndarray, shape (samples,)
-        What a controller watches itself by, by name: trust, observer gain and observed torque (N m) of ``adaptive``.
+        What a controller watches itself by, by name: of ``adaptive`` the probability of a change, observer gain and
+        observed torque (N m).
     uncertainties : dict of ndarray, shape (marks,)
-        How far each estimate may be off, as a standard deviation, for controllers that say so; no confidence interval,
-        see :mod:`adaptive_ff.adaptive.learning.uncertainty`.
+        How far each estimate may be off, as a standard deviation, for controllers that say so.
     uncertainty_time : ndarray, shape (marks,)
         When, s.
     thin : int
@@ -222,7 +222,7 @@ def simulate(
     else:
         record, *found = drive_over(controller, course, progress, **notes)
         run = _finished(label, scenario, course, record, *found)
-    if isinstance(controller, AdaptiveBase):
+    if isinstance(controller, AdaptiveController):
         run = replace(run, friction_map=controller.learnt_map)
     return _with_marks(run, course, marks)
 

@@ -13,8 +13,7 @@ from controllers.kernels.names import c_name
 TOLERANCE = {False: 1e-9, True: 7e-5}
 """Largest difference to the recorded run, as a share of its largest torque, in double and in single precision.
 
-In single precision 2.0e-5 was measured at most for the adaptive controllers, whose candidates have another prior there
-(``single.IN_SINGLE``; 1.6e-6 with that of double precision), and 1.3e-5 for the others.
+In single precision 2.0e-5 was measured at most for controllers that identify, and 1.3e-5 for the others.
 """
 
 SAMPLES_TO_FOLLOW = 5.0

@@ -51,39 +51,6 @@ def largest_lag(response: float) -> float:
     return max(LARGEST_LAG * response, LARGEST_LAG_AT_LEAST)
 
 
-def write_ranges(
-    possible: NDArray[np.float64], torque: float, speed: float, ranges: NDArray[np.float64], loads: int = 0
-) -> None:
-    """Write the possible ranges, those of friction narrowed to what the data can explain.
-
-    Parameters
-    ----------
-    possible : ndarray, shape (n, 2)
-        Ranges before there are data; see ``possible_ranges``.
-    torque : float
-        Largest torque, N m.
-    speed : float
-        Largest speed, rad/s.
-    ranges : ndarray, shape (n, 2)
-        Filled in.
-    loads : int, optional
-        How many of the last parameters are sizes of known loads: none can be larger than the torque.
-    """
-    size = ranges.shape[0] - loads
-    for i in range(size, ranges.shape[0]):
-        ranges[i, 0], ranges[i, 1] = -torque, torque
-    for i in range(size):
-        ranges[i, 0], ranges[i, 1] = possible[i, 0], possible[i, 1]
-    ranges[COULOMB, 1] = torque
-    ranges[STICTION, 1] = torque
-    ranges[VISCOUS, 1] = torque / speed
-    if size > OFFSET:
-        ranges[OFFSET, 0], ranges[OFFSET, 1] = -torque, torque
-    if size > STICTION_ASYMMETRY:
-        ranges[STICTION_ASYMMETRY, 0], ranges[STICTION_ASYMMETRY, 1] = -torque, torque
-        ranges[VISCOUS_ASYMMETRY, 0], ranges[VISCOUS_ASYMMETRY, 1] = -torque / speed, torque / speed
-
-
 def confine_in_place(estimate: NDArray[np.float64], ranges: NDArray[np.float64]) -> None:
     """Move an estimate to the nearest possible one, parameter by parameter."""
     for i in range(estimate.size):
@@ -127,22 +94,6 @@ def torque_model(
         viscous_asymmetry=slope,
         presliding=0.0,
         micro_damping=0.0,
-    )
-
-
-def with_bristles(model: TorqueModel, presliding: float, micro_damping: float) -> TorqueModel:
-    """Return the model with a presliding distance (rad) and the damping of the bristles (N m)."""
-    return model._replace(presliding=presliding, micro_damping=micro_damping)
-
-
-def with_friction_times(model: TorqueModel, factor: float) -> TorqueModel:
-    """Return the model with all its friction, but for the offset and the damping of bristles, times a factor."""
-    return model._replace(
-        coulomb=factor * model.coulomb,
-        stiction=factor * model.stiction,
-        viscous=factor * model.viscous,
-        stiction_asymmetry=factor * model.stiction_asymmetry,
-        viscous_asymmetry=factor * model.viscous_asymmetry,
     )
 
 

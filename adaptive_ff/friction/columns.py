@@ -271,13 +271,11 @@ def _write_over_position(
         for i in range(hypothesis.waves.size):
             angle = hypothesis.waves[i] * q
             psi[place + 2 * i], psi[place + 2 * i + 1] = math.sin(angle), math.cos(angle)
-        at = place + 2 * hypothesis.waves.size
         for i in range(hypothesis.map_waves.size):
-            angle = hypothesis.map_waves[i] * q
-            psi[at + 2 * i], psi[at + 2 * i + 1] = sign * math.sin(angle), sign * math.cos(angle)
-        at += 2 * hypothesis.map_waves.size
+            angle, at = hypothesis.map_waves[i] * q, place + 2 * (hypothesis.waves.size + i)
+            psi[at], psi[at + 1] = sign * math.sin(angle), sign * math.cos(angle)
         for i in range(hypothesis.hats):
             away = abs(q - hypothesis.lowest - i * hypothesis.spacing) / hypothesis.spacing
-            psi[at + i] = sign * max(0.0, 1.0 - away)
+            psi[place + 2 * (hypothesis.waves.size + hypothesis.map_waves.size) + i] = sign * max(0.0, 1.0 - away)
     if hypothesis.over_load:
         psi[psi.size - 3 - hypothesis.regressors] = sign * abs(load)

@@ -177,36 +177,6 @@ def bent_friction(model: TorqueModel, slip: float, adhesion: float, velocity: fl
     return sliding + model.micro_damping * damping + one_sided
 
 
-def static_friction(model: TorqueModel, state: FeedforwardState, reference: float) -> float:
-    """Return the friction without the temporal lag and the offset, N m, at a reference (rad/s) that is not zero."""
-    if model.presliding > 0.0:
-        return bent_friction(model, state.slip, state.adhesion, reference, math.copysign(1.0, reference))
-    return directed_friction(model, abs(reference), reference)
-
-
-def exchange_model(
-    state: FeedforwardState, old: TorqueModel, new: TorqueModel, reference: float, slip: float, adhesion: float
-) -> FeedforwardState:
-    """Return the state as if the new model had been in force before.
-
-    Parameters
-    ----------
-    state : FeedforwardState
-        The state with the old model.
-    old, new : TorqueModel
-        The models.
-    reference : float
-        Reference that is now at hand, rad/s.
-    slip, adhesion : float
-        Shares of Coulomb friction and stiction behind the new model's lag over the path; the state's where that stays.
-    """
-    following = state._replace(slip=slip, adhesion=adhesion)
-    if reference == 0.0:
-        return following
-    change = static_friction(new, following, reference) - static_friction(old, state, reference)
-    return state._replace(friction=state.friction + change, slip=slip, adhesion=adhesion)
-
-
 def coming_plan(state: FeedforwardState, inputs: Inputs, delay: float) -> tuple[float, float]:
     """Return the plan at the start and at the end of the period in which a torque computed now will act, rad/s.
 

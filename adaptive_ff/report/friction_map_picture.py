@@ -5,7 +5,7 @@ from collections.abc import Mapping
 import numpy as np
 from matplotlib.figure import Figure
 
-from adaptive_ff.adaptive.learning.map_reading import LearntMap
+from adaptive_ff.adaptive.extensions.over_position import LearntMap
 from adaptive_ff.report.drawing import Look, explain_looks, label_above, make_panels
 from adaptive_ff.report.marks import TRUTH
 from adaptive_ff.scenario.axis_units import axis_label

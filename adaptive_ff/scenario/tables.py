@@ -30,7 +30,7 @@ from plant.fields import Finite, NonNegative, Positive, Table
 
 STRICT = ConfigDict(frozen=True, extra="forbid", strict=True)
 
-MOST_PERIODS, MOST_HATS = 7, 1000
+MOST_PERIODS, MOST_HATS = 7, 100
 """Most known periods of friction over position, and most hats of a map of it."""
 
 
@@ -215,8 +215,8 @@ class Adaptation(Table):
     memory : float, optional
         Memory, s of sliding motion; by default what suits each controller.
     identify : "symmetric", "offset" or "directions", optional
-        What ``adaptive`` identifies: the paper's five parameters; an offset beside them (the default); friction by
-        direction, too. ``adaptive_unsupervised`` identifies five where nothing is given.
+        What ``adaptive`` identifies: the paper's five parameters; an offset beside them; friction by direction, too. By
+        default an offset and, where a position is given, gravity.
     ripple_periods : list of float, optional
         Known periods of a torque over position, such as cogging, rad: the adaptive controllers learn a sine and a
         cosine of each.

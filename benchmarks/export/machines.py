@@ -10,8 +10,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from adaptive_ff import load_scenario
-from adaptive_ff.comparison.registry import CONTROLLERS
 from benchmarks.export.driver import build, found, in_python, random_inputs, run, write_sources
 from benchmarks.export.rows import Row, skipped
 from benchmarks.export.variants import SEED, adaptive
@@ -58,7 +56,7 @@ def emulated(samples: int) -> list[Row]:
     """Run the adaptive controller, by direction and with a delay, on other machines with another libm."""
     target = f"{CLOSENESS:g} of the torque"
     rows = []
-    maker = lambda: adaptive("directions", 1.5, 0.004, True)  # noqa: E731
+    maker = lambda: adaptive("directions", 1.5, 0.004)  # noqa: E731
     inputs = random_inputs(maker(), samples, SEED)
     expected = in_python(maker(), inputs)
     with tempfile.TemporaryDirectory() as folder:
@@ -91,7 +89,7 @@ def _object(processor: Processor) -> list[Row]:
     if not found(processor.command[0]) or (processor.command[0] == sys.executable and zig() is None):
         return [skipped(what, f"no {processor.command[0]}", "no warning")]
     with tempfile.TemporaryDirectory() as folder:
-        said = _compile(processor, Path(folder), adaptive("offset", 0.0, 0.0, True))
+        said = _compile(processor, Path(folder), adaptive("offset", 0.0, 0.0))
         if said:
             return [Row(what, f"says {said[:100]!r}", "no warning", False)]
         rows = [Row(what, "compiles silently", "no warning", True), *_needs(processor, Path(folder))]
@@ -100,14 +98,9 @@ def _object(processor: Processor) -> list[Row]:
             return rows
         rows.append(Row("  size", "{} bytes of code and constants, {} of globals".format(*size)))
         if processor.name.startswith("Cortex-M7"):
-            _compile(processor, Path(folder), adaptive("offset", 0.0, 0.0, True, tries_candidates=False))
-            chosen, _ = _size(processor, Path(folder)) or size
-            _compile(processor, Path(folder), CONTROLLERS["adaptive_unsupervised"](load_scenario()))
-            code, data = _size(processor, Path(folder)) or size
-            met = code <= LARGEST_OBJECT and data == 0
-            rows.append(Row("  of it candidates", f"{size[0] - chosen} bytes"))
-            rows.append(Row("  of it supervision, offset", f"{chosen - code} bytes"))
-            rows.append(Row("  size without these", f"{code} bytes, {data} of globals", "20 kB, 0", met))
+            rows.append(
+                Row("  target", f"{size[0]} bytes, {size[1]} of globals", "20 kB, 0", size[0] <= LARGEST_OBJECT)
+            )
     return rows
 
 
@@ -155,7 +148,7 @@ def sanitized(samples: int) -> list[Row]:
     what, target = "sanitizers: address, undefined", "silent"
     if not found("gcc"):
         return [skipped(what, "no gcc", target)]
-    maker = lambda: adaptive("directions", 1.5, 0.004, True)  # noqa: E731
+    maker = lambda: adaptive("directions", 1.5, 0.004)  # noqa: E731
     inputs = random_inputs(maker(), samples, SEED)
     with tempfile.TemporaryDirectory() as folder:
         write_sources(maker(), Path(folder))

@@ -32,13 +32,13 @@ run_series = compiled(_run_series)
 
 def steps(samples: int, repeats: int) -> list[Row]:
     """Compare processor time a step: median over the repeats of the ratio of runs in turn; the machine may be busy."""
-    controller = adaptive("symmetric", 0.0, 0.0, True)
+    controller = adaptive("symmetric", 0.0, 0.0)
     inputs = random_inputs(controller, samples, SEED)
     torques = np.zeros(samples)
     run_series(controller.native, 0, inputs, torques)  # compiles
     rows, target = [], f"at most {LARGEST_RATIO}"
     with tempfile.TemporaryDirectory() as folder:
-        write_sources(adaptive("symmetric", 0.0, 0.0, True), Path(folder))
+        write_sources(adaptive("symmetric", 0.0, 0.0), Path(folder))
         builds = {}
         for program in ("gcc", "clang"):
             if not found(program):
@@ -70,7 +70,7 @@ def steps(samples: int, repeats: int) -> list[Row]:
 
 def behind_python(calls: int) -> list[Row]:
     """Compare ``controller.step()`` with the kernels and with the exported code."""
-    controller = adaptive("symmetric", 0.0, 0.0, True)
+    controller = adaptive("symmetric", 0.0, 0.0)
     compared = {"compiled Python": controller, "C": run_in_c(controller)}
     times = {}
     for name, item in compared.items():
@@ -91,7 +91,7 @@ def exporting() -> list[Row]:
     for fmu in (False, True):
         with tempfile.TemporaryDirectory() as folder:
             begin = time.perf_counter()
-            export_controller(adaptive("directions", 1.5, 0.004, True), folder, with_fmu=fmu)
+            export_controller(adaptive("directions", 1.5, 0.004), folder, with_fmu=fmu)
             spent = time.perf_counter() - begin
         rows.append(Row(f"export{' with FMU' if fmu else ''}", f"{spent:.1f} s", "seconds", spent < 10.0))
     return rows

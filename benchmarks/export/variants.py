@@ -2,6 +2,7 @@
 
 import itertools
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 from adaptive_ff import AdaptiveController, load_scenario
@@ -18,14 +19,11 @@ SIZES = {
 SEED = 1
 
 
-def adaptive(
-    size: str, delay: float, velocity_lag: float, tunes_lag: bool, tries_candidates: bool = True
-) -> AdaptiveController:
+def adaptive(size: str, delay: float, velocity_lag: float) -> AdaptiveController:
     """Make an adaptive controller for the built-in joint."""
     design = PI.design(inertia=20.0, period=0.01, bandwidth=10.0)
     settings: dict[str, Any] = {"inertia": 20.0, "stribeck_velocity": 0.05, "parameters": SIZES[size]}
-    settings |= {"delay": delay, "velocity_lag": velocity_lag, "tunes_lag": tunes_lag}
-    settings |= {} if tries_candidates else {"stribeck_factors": (), "presliding_factors": ()}
+    settings |= {"delay": delay, "velocity_lag": velocity_lag}
     return AdaptiveController(design.proportional, design.integral, 0.01, **settings)
 
 
@@ -41,7 +39,6 @@ def variants() -> dict[str, Callable[[], Any]]:
             if name != "adaptive" and kind not in kinds:
                 kinds.add(kind)
                 found[f"{name}{word}"] = lambda maker=maker, scenario=scenario: maker(scenario)
-    for size, delay, lag, tuned in itertools.product(SIZES, (0.0, 1.5), (0.0, 0.004), (True, False)):
-        name = f"adaptive, {size}, delay {delay}, velocity lag {lag}, {'tuned' if tuned else 'not tuned'}"
-        found[name] = lambda size=size, delay=delay, lag=lag, tuned=tuned: adaptive(size, delay, lag, tuned)
+    for size, delay, lag in itertools.product(SIZES, (0.0, 1.5), (0.0, 0.004)):
+        found[f"adaptive, {size}, delay {delay}, velocity lag {lag}"] = partial(adaptive, size, delay, lag)
     return found

@@ -5,14 +5,16 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from adaptive_ff.adaptive.learning.estimator import learn_in_place
-from adaptive_ff.adaptive.learning.estimator_state import EstimatorParameters, EstimatorState, initial_estimator_state
+from adaptive_ff.friction.model import ESTIMATED
 from adaptive_ff.learning.rls import RLSState, update_rls_in_place
-from adaptive_ff.learning.sliding_gate import sliding_time
-from adaptive_ff.learning.torque_form import Signals, advance_signals_in_place, initial_signals
+from adaptive_ff.learning.rows import torque_form_rows
+from adaptive_ff.learning.torque_form import TorqueForm, initial_signals, regressor_names, settle_signals_in_place
 from controllers import compiled
 
 Array = NDArray[np.float64]
+
+VAGUE = 1e6
+"""Variance of what the torque form begins with, in squares of the units of its columns."""
 
 
 class Recursion(NamedTuple):
@@ -52,34 +54,38 @@ def run_rls(regressors: Array, outputs: Array, forgetting_factor: float, covaria
 
 
 def run_torque_form(
-    estimator: EstimatorParameters, gate: tuple[float, float], velocity: Array, torque: Array, period: float
+    form: TorqueForm, gate: tuple[float, float], first: Array, time: Array, velocity: Array, torque: Array
 ) -> Array:
-    """Run the online torque-form estimator with its gate, open loop.
-
-    There is no reference here, so the measured gradient is its own instrument: gated least squares with resetting.
+    """Run recursive least squares over the rows of the torque form that its gate lets through.
 
     Parameters
     ----------
-    estimator : EstimatorParameters
-        The estimator.
+    form : TorqueForm
+        Filters and curve.
     gate : tuple of float
         Speed (rad/s) and hold (s) of the gate.
-    velocity, torque : ndarray, shape (n,)
-        Velocity at the samples, rad/s, and torque over the period that ends there, N m.
-    period : float
-        Sampling period, s.
+    first : ndarray, shape (5,)
+        First estimate, as vague as ``VAGUE`` says.
+    time, velocity, torque : ndarray, shape (n,)
+        Time, s, and velocity, rad/s, at the samples, and torque over the period that ends there, N m.
 
     Returns
     -------
     ndarray, shape (n, 5)
         Estimate after each sample.
     """
-    state = initial_estimator_state(estimator)
-    estimates = np.tile(estimator.first, (velocity.size, 1))
-    signals = initial_signals()._replace(velocity=float(velocity[0]))
-    series = np.ascontiguousarray(velocity), np.ascontiguousarray(torque)
-    torque_form_loop(estimator, state, signals, gate, *series, period, estimates)
-    return estimates
+    count, columns = velocity.size, regressor_names(ESTIMATED)
+    rows, outputs, used = np.zeros((count, len(columns))), np.zeros(count), np.zeros(count, dtype=np.bool_)
+    signals = settle_signals_in_place(form, initial_signals(len(ESTIMATED)), float(velocity[0]))
+    series = map(np.ascontiguousarray, (time, velocity, torque))
+    torque_form_rows(form, signals, *series, gate, rows, outputs, used)
+    begun = np.zeros(len(columns))
+    places = [columns.index(name) for name in ESTIMATED]
+    begun[places] = first
+    found = np.zeros((int(np.count_nonzero(used)), len(columns)))
+    rls_loop(begun.copy(), VAGUE * np.eye(begun.size), rows[used], outputs[used], 1.0, found, np.zeros(len(found)))
+    after = np.vstack([begun, found])[np.cumsum(used)]
+    return np.ascontiguousarray(after[:, places])
 
 
 def _rls_loop(
@@ -91,25 +97,4 @@ def _rls_loop(
         row[:] = state.estimate
 
 
-def _torque_form_loop(
-    estimator: EstimatorParameters,
-    state: EstimatorState,
-    signals: Signals,
-    gate: tuple[float, float],
-    velocity: Array,
-    torque: Array,
-    period: float,
-    estimates: Array,
-) -> None:
-    sliding = -gate[1]
-    for k in range(1, velocity.size):
-        signals = advance_signals_in_place(estimator.form, signals, torque[k], velocity[k], period)
-        sliding = sliding_time(sliding, velocity[k], velocity[k], True, gate[0], period)
-        if sliding > gate[1]:
-            state = learn_in_place(estimator, state, signals, signals, period)
-        row = estimates[k]
-        row[:] = state.recursion.estimate
-
-
 rls_loop = compiled(_rls_loop)
-torque_form_loop = compiled(_torque_form_loop)

@@ -6,9 +6,8 @@ is simpler than on the robot: there a fast loop runs behind the interface that i
 the samples, so the torque between them is known. ``drive_behind_interface`` does it the other way.
 """
 
-import math
 from functools import cache
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +15,7 @@ from numpy.typing import NDArray
 from adaptive_ff import load_scenario
 from adaptive_ff.simulation.experiment import Course, empty_record, lay_plain_course
 from adaptive_ff.simulation.loop import run_compiled, start_position
-from controllers import PI, Controller, compiled, pi_gains, planned_inputs, step, write_estimates
+from controllers import PI, Controller, compiled, pi_gains
 from plant import JointParameters, JointState, step_joint
 
 Array = NDArray[np.float64]
@@ -129,14 +128,6 @@ def drive_behind_interface(seed: int) -> Drive:
     return Drive(*series, torque, torque, read, fine.tracking_error)
 
 
-def replay(controller: Controller, record: Drive) -> Array:
-    """Let a controller watch a record and return its physical estimates after each sample; its torque goes nowhere."""
-    estimates = np.zeros((record.time.size, len(controller.estimate_names)))
-    durations = np.diff(record.time, prepend=record.time[0] - PERIOD)
-    run_watching(controller.native, 0, record[1:5], durations, estimates)
-    return estimates
-
-
 def predict(joint: JointParameters, record: Drive, *, one_step: bool) -> Array:
     """Return the velocity (rad/s) at the samples that a simulated joint has under the torque of a record.
 
@@ -152,19 +143,6 @@ def predict(joint: JointParameters, record: Drive, *, one_step: bool) -> Array:
     velocity = record.velocity.copy()
     run_model(joint, record.steps, record.acting, record.velocity, one_step, SOLVER_PERIOD, velocity)
     return velocity
-
-
-def _run_watching(
-    block: Any, state: Any, series: tuple[Array, Array, Array, Array], durations: Array, estimates: Array
-) -> Any:
-    """Step a controller along reference, velocity, commanded and acting torque; return its state."""
-    reference, velocity, _, acting = series
-    for k in range(velocity.size):
-        coming = reference[k + 1] if k + 1 < velocity.size else math.nan
-        realised = acting[k] if k > 0 else math.nan
-        _, state = step(block, state, planned_inputs(reference[k], velocity[k], coming, realised, durations[k]))
-        write_estimates(block, state, estimates[k])
-    return state
 
 
 def _run_model(
@@ -186,5 +164,4 @@ def _run_model(
             state = JointState(measured[k], state.friction_torque, 0.0)
 
 
-run_watching = compiled(_run_watching)
 run_model = compiled(_run_model)

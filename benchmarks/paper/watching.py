@@ -4,15 +4,16 @@ from typing import NamedTuple
 
 import numpy as np
 
-from adaptive_ff.adaptive.controller import UnsupervisedController
+from adaptive_ff.adaptive.controller import AdaptiveController
 from adaptive_ff.friction.model import ESTIMATED, TorqueModel
 from adaptive_ff.identify.batch import Array, Identification, identify_torque_form, slides_one_way
 from adaptive_ff.learning.batch_least_squares import LeastSquaresFit, fit_least_squares
 from adaptive_ff.learning.series import COEFFICIENTS, write_physical
+from adaptive_ff.learning.torque_form import TorqueForm
 from benchmarks.paper.identification_data import TRUE, joint_of
 from benchmarks.paper.prediction import FIRST, regression, rms, series_free_run
-from benchmarks.paper.recursion import run_rls
-from benchmarks.paper.robot import GAINS, PERIOD, SCENARIO, Drive, drive, lay_robot_course, predict, replay
+from benchmarks.paper.recursion import run_rls, run_torque_form
+from benchmarks.paper.robot import GAINS, PERIOD, SCENARIO, Drive, drive, lay_robot_course, predict
 
 FORGETTING = 0.85  # lambda of section V-E
 COVARIANCE = 1e4  # diagonal of R0; the paper says "large"
@@ -54,7 +55,7 @@ class Form(NamedTuple):
     offline : Identification
         Gated least squares over the whole record.
     estimates : ndarray, shape (n, 5)
-        Physical parameters after each sample, by the estimator of the adaptive controller.
+        Physical parameters after each sample, by recursive least squares over the same rows.
     errors : dict of ndarray, shape (n,)
         Measured minus predicted velocity, rad/s, of the model that is simulated with the last estimates: ``online`` one
         step ahead, ``free`` from its own outputs; ``true`` and ``true_free`` the same of the true joint.
@@ -110,7 +111,9 @@ def fit_series(record: Drive, *, forgetting_factor: float = FORGETTING) -> Serie
 
 def fit_form(record: Drive) -> Form:
     """Identify the physical parameters by the torque form, offline and online."""
-    estimates = replay(adaptive(), record)
+    torque_form = TorqueForm(FILTER_POLE, TRUE.stribeck_velocity, TRUE.stribeck_shape)
+    first = np.array([SCENARIO.feedback.inertia, 0.0, 0.0, 0.0, 0.0])
+    estimates = run_torque_form(torque_form, (SLOWEST, HOLD), first, record.time, record.velocity, record.acting)
     joints = {"": joint_of(model_of(estimates[-1])), "true": joint_of(TRUE)}
     errors = {}
     for name, joint in joints.items():
@@ -133,15 +136,15 @@ def identify_form(record: Drive) -> Identification:
     )
 
 
-def adaptive() -> UnsupervisedController:
+def adaptive() -> AdaptiveController:
     """Return the adaptive controller for this loop, with the true Vs and delta, as the paper assumes them known."""
-    return UnsupervisedController(
+    return AdaptiveController(
         *GAINS,
         PERIOD,
         inertia=SCENARIO.feedback.inertia,
         stribeck_velocity=TRUE.stribeck_velocity,
         stribeck_shape=TRUE.stribeck_shape,
-        tunes_lag=False,
+        parameters=ESTIMATED,
     )
 
 

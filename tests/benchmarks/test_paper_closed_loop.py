@@ -30,11 +30,10 @@ from benchmarks.paper.robot import (
     drive_behind_interface,
     lay_robot_course,
     predict,
-    replay,
     sample_steps,
 )
 from benchmarks.paper.summaries import TRUTH, median_and_range, median_deviation
-from benchmarks.paper.watching import adaptive, fit_series, identify_form, physical_of, settled_rms, watch
+from benchmarks.paper.watching import fit_series, identify_form, physical_of, settled_rms, watch
 from controllers import PI
 
 RESOLUTION = TORQUE_CONSTANT * CURRENT_STEP
@@ -160,23 +159,6 @@ def test_the_torque_form_needs_the_real_time_steps():
     blind = record._replace(time=PERIOD * np.arange(record.time.size))
     right, wrong = (identify_form(log).regression.residual_rms for log in (record, blind))
     assert right < 0.85 * wrong
-
-
-def test_a_replayed_controller_sees_the_real_time_steps():
-    record = drive(lay_robot_course(106, duration=30.0))
-    controller, watching = adaptive(), adaptive()
-    durations = np.diff(record.time, prepend=-PERIOD)
-    for k, duration in enumerate(durations):
-        controller.step(
-            record.reference[k],
-            record.velocity[k],
-            next_reference=record.reference[k + 1] if k + 1 < durations.size else None,
-            realised_torque=record.acting[k] if k else None,
-            dt=duration,
-        )
-    estimates = replay(watching, record)
-    assert estimates[-1] == pytest.approx(list(controller.estimates.values()), rel=1e-12)
-    assert not np.array_equal(estimates[-1], estimates[0])
 
 
 def test_coefficients_with_a_short_memory_stand_for_no_joint(seen):

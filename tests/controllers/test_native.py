@@ -68,7 +68,7 @@ def test_regressors_are_not_taken_beside_what_is_no_number():
 
 def test_regressors_are_seen_by_the_next_step():
     controller = AdaptiveController(2000.0, 5000.0, period=0.01, inertia=20.0, stribeck_velocity=0.05, regressors=2)
-    assert controller.regressors is controller.state.estimator.regressors
+    assert controller.regressors is controller.state.regressors
 
 
 def test_the_loop_is_compiled_once_for_controllers_of_all_classes():
@@ -91,4 +91,4 @@ def test_compiled_runs_write_estimates_and_monitors_as_plain_ones_do():
     compiled, plain = found
     np.testing.assert_array_equal(compiled.estimates, plain.estimates)
     np.testing.assert_array_equal(compiled.monitors, plain.monitors)
-    assert np.any(compiled.monitors[:, 0] > 0.0)  # trust
+    assert np.any(compiled.monitors[:, 0] > 0.0)  # probability of a change

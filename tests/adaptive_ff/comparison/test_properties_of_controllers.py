@@ -23,10 +23,12 @@ SCALES = {"torque": (4.0, 1.0, 1.0), "time": (1.0, 4.0, 1.0), "angle": (1.0, 1.0
 FADES = "friction that is held at rest fades with a time constant in seconds"
 WALKS = "the balance of its observer takes a torque for a torque in a root of a second"
 IDENTITY = "its first covariance is a multiple of the identity in SI units, as in the paper"
+WEIGHS = "a weight acts along the sine of an angle in rad"
 HIDDEN = {
     **{("time", name): FADES for name in ("adaptive", "adaptive_unsupervised", "coulomb_nominal", "fixed", "oracle")},
     **{("time", name): WALKS for name in ("friction_observer", "observed_nominal")},
     **{(unit, "adaptive_paper"): IDENTITY for unit in SCALES},
+    **{("angle", name): WEIGHS for name in ("adaptive", "adaptive_unsupervised")},
 }
 """Constants with a unit that are known; what no longer has one has to leave this list."""
 

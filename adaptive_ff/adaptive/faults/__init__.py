@@ -1,1 +1,0 @@
-"""What sensor and drive do not tell."""

@@ -1,0 +1,155 @@
+"""Feedforward: the columns along the coming reference, times their coefficients; and friction at standstill.
+
+Three facts of friction that the loop's response does not know are here: it turns a little late; at standstill it is
+what the joint was shown to hold; and on a reference that is slow for the loop, what breaks a joint away makes it slip.
+"""
+
+import math
+from typing import NamedTuple
+
+from adaptive_ff.adaptive.state import AdaptiveParameters, AdaptiveState
+from adaptive_ff.friction.columns import (
+    COULOMB,
+    INERTIA,
+    PATHS,
+    STICTION,
+    Curve,
+    FrictionState,
+    hold,
+    write_columns,
+)
+from adaptive_ff.learning.kalman import LOOP
+from adaptive_ff.learning.response import put_in
+from controllers import Inputs
+
+
+class Fed(NamedTuple):
+    """What is fed forward over the coming period.
+
+    Attributes
+    ----------
+    friction : FrictionState
+        Memory of the columns.
+    torque, change : float
+        Torque of the estimates, and what of it a change of estimates or of standstill has brought, N m.
+    known : float
+        Torque known from elsewhere, N m.
+    sliding : float
+        Friction in the torque, N m.
+    steady, held : float
+        Torque that the integral holds in the mean, and friction held at standstill, N m.
+    largest : float
+        Largest friction at low speed, N m.
+    """
+
+    friction: FrictionState
+    torque: float
+    change: float
+    known: float
+    sliding: float
+    steady: float
+    held: float
+    largest: float
+
+
+def friction_over_paths(state: AdaptiveState) -> float:
+    """Return the Coulomb friction that follows over paths, N m."""
+    total = 0.0
+    for i in range(state.friction.bent.size):
+        total += state.mean[LOOP + PATHS + i]
+    return total
+
+
+def at_standstill(
+    parameters: AdaptiveParameters, state: AdaptiveState, inputs: Inputs, static: float, rests: bool
+) -> tuple[FrictionState, float, float]:
+    """Return the memory of the columns, the torque that the integral holds in the mean, and friction held, N m.
+
+    While the reference rests, what the integral winds up beyond its mean is friction of the joint that stands, up to
+    the static friction.
+    """
+    pi, integral, steady = parameters.feedback, state.feedback.integral, state.steady
+    if not rests:
+        share = 1.0
+        if pi.proportional > 0.0:
+            share = min(1.0, inputs.dt * pi.integral / pi.proportional * parameters.tuning.steady)
+        return state.friction, steady + share * (integral - steady), 0.0
+    if static <= 0.0:
+        return state.friction, steady, 0.0
+    held = (state.held if state.rested else state.fed_friction) + integral - steady
+    held = min(max(held, -static), static)
+    return hold(state.friction, held / static), steady, held
+
+
+def feed_in_place(
+    parameters: AdaptiveParameters, state: AdaptiveState, inputs: Inputs, start: float, end: float, position: float
+) -> Fed:
+    """Write the columns of the coming period, put them into the response, and return what is fed.
+
+    Parameters
+    ----------
+    parameters, state, inputs : AdaptiveParameters, AdaptiveState, Inputs
+        The controller and its inputs.
+    start, end : float
+        Reference over the period in which the torque acts, rad/s.
+    position : float
+        Position in the middle of it, rad; not a number where it is not known.
+    """
+    machine, mean, psi = parameters.machine, state.mean, state.psi
+    paths, last = friction_over_paths(state), mean.size - 1
+    coulomb, stiction = mean[LOOP + COULOMB], mean[LOOP + STICTION]
+    largest = max(coulomb, stiction) + paths
+    rests = inputs.reference == 0.0 and start == 0.0 and end == 0.0
+    friction, steady, held = at_standstill(parameters, state, inputs, stiction + paths, rests)
+    late = parameters.tuning.hold * largest * parameters.period / machine.inertia
+    curve = Curve(math.exp(mean[last - 1]), math.exp(mean[last]), coulomb, stiction, late)
+    friction = write_columns(
+        parameters.hypothesis,
+        friction,
+        curve,
+        start,
+        end,
+        parameters.period,
+        position,
+        inputs.feedforward,
+        state.regressors,
+        psi,
+    )
+    if math.isfinite(inputs.inertia):
+        psi[INERTIA] *= inputs.inertia / machine.inertia
+    known, torque, change, sliding = inputs.feedforward, 0.0, 0.0, 0.0
+    if machine.includes_inertia:
+        known -= machine.inertia * psi[INERTIA]
+    for i in range(psi.size - 2):
+        torque += psi[i] * mean[LOOP + i]
+        change += psi[i] * (mean[LOOP + i] - state.given[i])
+        state.given[i] = mean[LOOP + i]
+        if COULOMB <= i < PATHS + state.friction.bent.size:
+            sliding += psi[i] * mean[LOOP + i]
+    for i in range(psi.size):
+        put_in(state.response, i, psi[i])
+    return Fed(friction, torque, change, known, sliding, steady, held, largest)
+
+
+def next_share(
+    parameters: AdaptiveParameters, state: AdaptiveState, peak: float, largest: float, duration: float
+) -> float:
+    """Return the gain of what is fed: it fades to one, to zero, or to less where the reference is slow for the loop.
+
+    Parameters
+    ----------
+    parameters, state : AdaptiveParameters, AdaptiveState
+        The controller.
+    peak : float
+        Peak of the reference, rad/s.
+    largest : float
+        Largest friction at low speed, N m.
+    duration : float
+        Time, s.
+    """
+    tuning, step = parameters.tuning, duration / parameters.tuning.fade
+    allowed = 1.0 if state.feedforward_enabled else 0.0
+    if largest > 0.0:
+        speed = tuning.slow * largest
+        allowed = min(allowed, max(0.0, peak * parameters.feedback.proportional / speed - 1.0))
+    return min(state.share + step, allowed) if allowed > state.share else max(state.share - step, allowed)

@@ -1,0 +1,145 @@
+"""Learning: one update of the filter after each block of samples.
+
+    y = e + G fed = sum_i theta_i (G psi_i) + x_v + noise
+
+Two members with little and much unexplained torque, and long and short memory, interact. A joint that is apart from its
+reference has friction that the reference does not tell: white torque of the size of friction.
+"""
+
+import math
+
+from adaptive_ff.adaptive.state import AdaptiveParameters, AdaptiveState, Block, Noise, Watch
+from adaptive_ff.adaptive.tuning import Tuning
+from adaptive_ff.learning.kalman import (
+    LOOP,
+    constrain_in_place,
+    flow_in_place,
+    forget_loop_in_place,
+    mix_in_place,
+    return_in_place,
+    update_in_place,
+)
+from controllers import Inputs
+
+CERTAIN = 1e-6
+"""Least probability of a member."""
+
+FARTHEST = 50.0
+"""Largest logarithm of the odds of one block."""
+
+
+def next_noise(noise: Noise, tuning: Tuning, mean: float, duration: float) -> Noise:
+    """Return the level after a block of a duration (s) with a mean error (rad/s)."""
+    variance = noise.variance
+    if noise.means >= 2:
+        second = mean - 2.0 * noise.last + noise.before
+        value = second * second / 6.0
+        if variance < 0.0:
+            variance = value
+        if value <= tuning.outlier * variance:
+            variance += min(1.0, duration / tuning.noise_memory) * (value - variance)
+        else:
+            variance = min(variance * (1.0 + min(1.0, duration)) + duration * duration * value, value)
+    return Noise(variance, mean, noise.last, min(noise.means + 1, 3))
+
+
+def speed_level(parameters: AdaptiveParameters, state: AdaptiveState, deviations: float) -> float:
+    """Return a speed in standard deviations of the noise of a sample, rad/s."""
+    least = least_noise(parameters, state, parameters.period * parameters.machine.span)
+    return deviations * math.sqrt(max(state.noise.variance, least) * parameters.machine.span)
+
+
+def least_noise(parameters: AdaptiveParameters, state: AdaptiveState, duration: float) -> float:
+    """Return the least variance of the noise of a block of a duration (s), (rad/s)^2."""
+    level = parameters.tuning.least_noise * state.unit * duration / parameters.machine.inertia
+    return level * level
+
+
+def distance_apart(velocity: float, reference: float, level: float) -> float:
+    """Return how far friction at a velocity may be from that along the reference, from 0 (alike) to 1 (reversed).
+
+    Both signs are taken as uncertain below a level, rad/s.
+    """
+    if level <= 0.0:
+        return 0.0
+    return 0.5 * abs(min(max(reference / level, -1.0), 1.0) - min(max(velocity / level, -1.0), 1.0))
+
+
+def begin_in_place(parameters: AdaptiveParameters, state: AdaptiveState) -> None:
+    """Forget the states of the loop, which belong to the motion before, at the first sample."""
+    spread = parameters.tuning.load * state.unit if state.unit > parameters.machine.first_unit else 0.0
+    forget_loop_in_place(state.quiet, spread)
+    forget_loop_in_place(state.loud, spread)
+    for i in range(LOOP):
+        state.mean[i] = 0.0
+    for i in range(state.given.size):
+        state.given[i] = state.mean[LOOP + i]
+
+
+def learn_in_place(
+    parameters: AdaptiveParameters, state: AdaptiveState, noise: Noise, block: Block, moving: bool
+) -> tuple[float, float]:
+    """Advance both members by a block; return the probability of the loud one, and the normalised innovation."""
+    tuning, pi, duration, known = parameters.tuning, parameters.feedback, block.duration, block.lost == 0
+    rate, innovation = duration / parameters.machine.inertia, 0.0
+    torque, apart = state.unit * rate, block.apart / block.samples
+    proportional, integral = (pi.proportional, pi.integral * duration) if known else (0.0, 0.0)
+    weight = mix_in_place(state.quiet, state.loud, state.weight, min(0.5, tuning.switching * duration))
+    unknown = torque * torque * (tuning.slip * apart * apart if known else 1.0)
+    white = 0.01 / duration * torque * torque
+    flow_in_place(state.quiet, rate, proportional, integral, tuning.quiet * white + unknown)
+    flow_in_place(state.loud, rate, proportional, integral, tuning.loud * white + unknown)
+    if moving:
+        return_in_place(state.quiet, parameters.prior, state.unit, math.exp(-duration / parameters.machine.memory))
+        return_in_place(state.loud, parameters.prior, state.unit, math.exp(-duration / tuning.short_memory))
+    if known and noise.variance >= 0.0:
+        variance = max(noise.variance, least_noise(parameters, state, duration))
+        y, last = block.output / block.samples, state.mean.size - 1
+        lag, velocity = state.mean[last - 1], state.mean[last]
+        innovation, one = update_in_place(state.quiet, state.x, y, variance, tuning.clip, lag, velocity, state.work)
+        _, two = update_in_place(state.loud, state.x, y, variance, tuning.clip, lag, velocity, state.work)
+        constrain_in_place(state.quiet, parameters.prior, state.multipliers)
+        constrain_in_place(state.loud, parameters.prior, state.multipliers)
+        odds = math.exp(min(FARTHEST, max(-FARTHEST, one - two)))
+        weight = weight / (weight + (1.0 - weight) * odds)
+        weight = min(max(weight, CERTAIN), 1.0 - CERTAIN)
+    for i in range(state.mean.size):
+        state.mean[i] = (1.0 - weight) * state.quiet.mean[i] + weight * state.loud.mean[i]
+    return weight, innovation
+
+
+def grown_unit(parameters: AdaptiveParameters, state: AdaptiveState, torque: float) -> float:
+    """Return the unit of friction: half of the largest torque so far (N m); the prior grows with it."""
+    unit, prior = state.unit, parameters.prior
+    if 0.5 * torque <= unit:
+        return unit
+    grown = min(0.5 * torque, 1.1 * unit)
+    squares = grown * grown - unit * unit
+    load = parameters.tuning.load * parameters.tuning.load * squares
+    state.quiet.covariance[1, 1] += load
+    state.loud.covariance[1, 1] += load
+    for i in range(prior.mean.size):
+        for j in range(prior.mean.size):
+            if prior.scaled[i] and prior.scaled[j]:
+                spread = prior.covariance[i, j] * squares
+                state.quiet.covariance[LOOP + i, LOOP + j] += spread
+                state.loud.covariance[LOOP + i, LOOP + j] += spread
+    return grown
+
+
+def next_watch(watch: Watch, innovation: float, inputs: Inputs, memory: float) -> Watch:
+    """Return what a diagnosis needs after a sample; the innovation is in standard deviations, zero where none was."""
+    square, product, last = watch.square, watch.product, watch.innovation
+    if innovation != 0.0:
+        share = min(1.0, inputs.dt / memory)
+        square += share * (innovation * innovation - square)
+        product += share * (innovation * last - product)
+        last = innovation
+    return Watch(
+        last,
+        square,
+        product,
+        watch.torque_known or math.isfinite(inputs.realised_torque),
+        watch.plan_known or math.isfinite(inputs.next_reference),
+        watch.moved + (inputs.dt if inputs.reference != 0.0 else 0.0),
+    )

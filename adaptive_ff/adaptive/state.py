@@ -1,0 +1,286 @@
+"""Parameters and state of the adaptive controller."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from adaptive_ff.adaptive.tuning import Tuning
+from adaptive_ff.friction.columns import FrictionState, Hypothesis, column_count, initial_friction_state
+from adaptive_ff.learning.kalman import LOOP, Member, Prior
+from adaptive_ff.learning.response import Response, initial_response
+from controllers import PIParameters, PIState, initial_pi_state
+from controllers.arrays import MutableArray
+from controllers.delay import delay_line
+
+FED, OBSERVED, OBSERVER, RESPONSES = 0, 1, 2, 3
+"""Places of further responses, after the columns: to all that is fed, to the observed torque, to what of it is fed."""
+
+
+class Machine(NamedTuple):
+    """What is known of joint, drive and sensor.
+
+    Attributes
+    ----------
+    inertia : float
+        Inertia that the loop was designed for, kg m^2.
+    velocity_lag : float
+        Lag of the measured velocity, s.
+    torque_limit : float
+        Largest torque, N m.
+    includes_inertia : bool
+        Whether the known torque includes that of the inertia along the reference.
+    memory : float
+        Time in which estimates return to the prior, s of motion.
+    first_unit : float
+        Unit of friction before any torque, N m.
+    observer_pole : float
+        Pole of the observer, rad/s.
+    span : int
+        Samples that are learnt from at once.
+    """
+
+    inertia: float
+    velocity_lag: float
+    torque_limit: float
+    includes_inertia: bool
+    memory: float
+    first_unit: float
+    observer_pole: float
+    span: int
+
+
+class AdaptiveParameters(NamedTuple):
+    """Parameters of the adaptive controller: loop, machine, what torque consists of, prior, constants, period in s."""
+
+    feedback: PIParameters
+    machine: Machine
+    hypothesis: Hypothesis
+    prior: Prior
+    tuning: Tuning
+    period: float
+
+
+class Noise(NamedTuple):
+    """Level of the measurement noise from second differences of the mean errors of blocks.
+
+    Attributes
+    ----------
+    variance : float
+        Variance of a mean, (rad/s)^2; negative before it is known.
+    last, before : float
+        The last two means, rad/s.
+    means : int
+        Means so far, up to three.
+    """
+
+    variance: float
+    last: float
+    before: float
+    means: int
+
+
+class Block(NamedTuple):
+    """Sums over the samples since the last update of the estimates.
+
+    Attributes
+    ----------
+    error, output, apart : float
+        Sums of the error and of the regressed output, rad/s, and of how far the joint is from its reference.
+    duration : float
+        Time, s.
+    samples, lost : int
+        Samples, and those without a measurement.
+    """
+
+    error: float
+    output: float
+    apart: float
+    duration: float
+    samples: int
+    lost: int
+
+
+class Observer(NamedTuple):
+    """Observer of the torque that the feedforward lacks.
+
+    Attributes
+    ----------
+    torque : float
+        Observed torque, N m.
+    gain : float
+        Gain with which it is fed, from 0 to 1.
+    without, with_it : float
+        Mean squares of the error without it and with it in full, (rad/s)^2.
+    handed : float
+        Torque that it has handed over to the integral, N m.
+    shifted : float
+        Torque that has passed from it to the estimates, N m.
+    """
+
+    torque: float
+    gain: float
+    without: float
+    with_it: float
+    handed: float
+    shifted: float
+
+
+class Watch(NamedTuple):
+    """What a diagnosis needs to know.
+
+    Attributes
+    ----------
+    innovation : float
+        Last innovation over its standard deviation.
+    square, product : float
+        Means of its square, and of its product with the one before.
+    torque_known, plan_known : bool
+        Whether the torque that acted, and the reference at the next sample, were ever given.
+    moved : float
+        Time with a reference that is not zero, s.
+    """
+
+    innovation: float
+    square: float
+    product: float
+    torque_known: bool
+    plan_known: bool
+    moved: float
+
+
+class AdaptiveState(NamedTuple):
+    """State of the adaptive controller; arrays are changed in place.
+
+    Attributes
+    ----------
+    feedback : PIState
+        State of the PI loop.
+    friction, response : FrictionState, Response
+        Memory of the columns, and responses of the loop to them.
+    quiet, loud : Member
+        The two members of the filter.
+    mean, given : ndarray
+        Their common estimate, and the coefficients that are fed.
+    psi, x, sums : ndarray, shape (n,)
+        Columns of the coming period, responses to them, and their sums over a block.
+    work, multipliers : ndarray
+        Room for computations.
+    regressors : ndarray
+        Further known regressors.
+    weight : float
+        Probability of the loud member.
+    noise, block, observer, watch : Noise, Block, Observer, Watch
+        See there.
+    unit : float
+        Unit of friction: half of the largest torque so far, N m.
+    handed : float
+        Torque that the integral has handed over, N m.
+    seen, error : float
+        Reference as it is measured, and the last error, rad/s.
+    last_reference, earlier_reference, foreseen : float
+        The last two references, and what the next one was expected to be, rad/s.
+    peak : float
+        Peak of the reference, rad/s.
+    position : float
+        Last position, rad.
+    placed, measured : bool
+        Whether a position, and the last velocity, were given.
+    steady : float
+        Torque that the integral holds in the mean, N m.
+    held, fed_friction : float
+        Friction held at standstill, and friction that is fed, N m.
+    rested : bool
+        Whether the reference rested.
+    modelled : tuple of float
+        Known torque and feedforward, N m, the newest first.
+    enabled, feedforward_enabled : bool
+        Whether estimates adapt, and whether they are fed.
+    share : float
+        Gain of what is fed, from 0 to 1.
+    """
+
+    feedback: PIState
+    friction: FrictionState
+    response: Response
+    quiet: Member
+    loud: Member
+    mean: MutableArray
+    given: MutableArray
+    psi: MutableArray
+    x: MutableArray
+    sums: MutableArray
+    work: MutableArray
+    multipliers: MutableArray
+    regressors: MutableArray
+    weight: float
+    noise: Noise
+    block: Block
+    observer: Observer
+    watch: Watch
+    unit: float
+    handed: float
+    seen: float
+    error: float
+    last_reference: float
+    earlier_reference: float
+    foreseen: float
+    peak: float
+    position: float
+    placed: bool
+    measured: bool
+    steady: float
+    held: float
+    fed_friction: float
+    rested: bool
+    modelled: tuple[float, ...]
+    enabled: bool
+    feedforward_enabled: bool
+    share: float
+
+
+def initial_adaptive_state(parameters: AdaptiveParameters) -> AdaptiveState:
+    """Return the state of a controller at rest that knows its prior."""
+    count, unit = column_count(parameters.hypothesis), parameters.machine.first_unit
+    units = np.where(parameters.prior.scaled, unit, 1.0)
+    mean = np.concatenate([np.zeros(LOOP), parameters.prior.mean * units])
+    covariance = np.zeros((mean.size, mean.size))
+    covariance[LOOP:, LOOP:] = parameters.prior.covariance * np.outer(units, units)
+    return AdaptiveState(
+        feedback=initial_pi_state(parameters.feedback),
+        friction=initial_friction_state(parameters.hypothesis),
+        response=initial_response(count + RESPONSES, parameters.feedback.delay),
+        quiet=Member(mean.copy(), covariance.copy()),
+        loud=Member(mean.copy(), covariance.copy()),
+        mean=mean.copy(),
+        given=mean[LOOP:-2].copy(),
+        psi=np.zeros(count),
+        x=np.zeros(count),
+        sums=np.zeros(count),
+        work=np.zeros(mean.size),
+        multipliers=np.zeros(count),
+        regressors=np.zeros(parameters.hypothesis.regressors),
+        weight=0.5,
+        noise=Noise(-1.0, 0.0, 0.0, 0),
+        block=Block(0.0, 0.0, 0.0, 0.0, 0, 0),
+        observer=Observer(0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
+        watch=Watch(0.0, 0.0, 0.0, False, False, 0.0),
+        unit=unit,
+        handed=0.0,
+        seen=0.0,
+        error=0.0,
+        last_reference=0.0,
+        earlier_reference=0.0,
+        foreseen=0.0,
+        peak=0.0,
+        position=0.0,
+        placed=False,
+        measured=False,
+        steady=0.0,
+        held=0.0,
+        fed_friction=0.0,
+        rested=False,
+        modelled=delay_line(parameters.feedback.delay),
+        enabled=True,
+        feedforward_enabled=True,
+        share=1.0,
+    )

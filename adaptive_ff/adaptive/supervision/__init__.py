@@ -1,1 +1,0 @@
-"""What the feedforward leaves, and how far it is trusted."""

@@ -1,0 +1,113 @@
+"""Every constant of the adaptive controller, in one record that can be set for each controller."""
+
+from typing import NamedTuple
+
+
+class Tuning(NamedTuple):
+    """Constants of filter, prior, observer and standstill; the defaults suit loops of 100 Hz to 2 kHz.
+
+    Attributes
+    ----------
+    quiet, loud : float
+        White torque that no column explains, over 10 ms, in units of friction, squared: of the two members of the
+        filter (interacting multiple models).
+    memory, short_memory : float
+        Time in which estimates return to the prior, s of motion, of the two members.
+    switching : float
+        Rate at which the member in force changes, 1/s.
+    clip : float
+        Standard deviations from which on an innovation counts less (Huber).
+    slip : float
+        Torque of friction that is unknown while the joint is apart from its reference, in units of friction, squared.
+    span : float
+        Length of a block of samples that is learnt from at once, in time constants ``J/Kp`` of the loop.
+    noise_memory : float
+        Memory of the level of the measurement noise, s.
+    outlier : float
+        Square of a difference over that level from which on it raises the level slowly.
+    least_noise : float
+        Least noise, in changes of velocity that the unit of friction makes in a block.
+    standing : float
+        Speed below which a joint may stand, in standard deviations of the noise.
+    inertia_deviation, viscous_deviation, lag_deviation, velocity_deviation : float
+        Prior standard deviations: of the inertia over the assumed one, of the viscous coefficient over ``Kp``, and of
+        the logarithms of friction lag and Stribeck velocity.
+    total, spread, excess, slip_share : float
+        Prior of the friction, in units of friction: standard deviations of the total, of its parts at a given total,
+        of stiction beyond Coulomb friction; and the part that needs no path.
+    asymmetry : float
+        Prior standard deviation of what differs by direction, over that of the mean.
+    load : float
+        The same of a load that is there from the start, in units of friction.
+    first_unit : float
+        Unit of friction before any torque, ``Kp Vs``.
+    inertia_range, velocity_range : float
+        Largest inertia and Stribeck velocity over the assumed ones, and these over the least ones.
+    lag_share, shortest_guess, longest_guess, shortest_lag, longest_lag : float
+        First guess of the friction lag, in ``J/Kp``; its bounds, and those of the lag, s.
+    distance_ratio : float
+        Presliding distances are ``Vs J/Kp`` times powers of it, from 0 to 3.
+    least_deviation : float
+        Least standard deviation of what a model says, in units of it.
+    hold : float
+        Speed beyond zero at which friction turns, in changes of velocity that friction makes in a period.
+    slow : float
+        Peak of the reference over ``F/Kp`` below which a loop is left alone; from twice as much on it is not.
+    peak_memory : float
+        Memory of that peak, s of motion.
+    steady : float
+        Rate at which the torque that the integral holds is averaged, in ``Ki/Kp``.
+    moving : float
+        Speed above which a joint moves though its reference rests, in standard deviations of the noise.
+    gate_memory : float
+        Memory of the observer's gate, s.
+    gate_on, gate_off : float
+        Squared error with the observer over that without it: below the first it is on in full, above the second off.
+    fastest : float
+        Pole of the observer at most, rad/s.
+    fade : float
+        Time in which the feedforward fades in or out, s.
+    """
+
+    quiet: float = 0.01
+    loud: float = 0.2
+    memory: float = 6000.0
+    short_memory: float = 100.0
+    switching: float = 0.1
+    clip: float = 3.0
+    slip: float = 1.0
+    span: float = 0.25
+    noise_memory: float = 0.5
+    outlier: float = 9.0
+    least_noise: float = 1e-4
+    standing: float = 3.0
+    inertia_deviation: float = 0.3
+    viscous_deviation: float = 0.2
+    lag_deviation: float = 0.5
+    velocity_deviation: float = 0.3
+    total: float = 1.0
+    spread: float = 0.5
+    excess: float = 0.5
+    slip_share: float = 0.5
+    asymmetry: float = 0.3
+    load: float = 0.5
+    first_unit: float = 0.3
+    inertia_range: float = 10.0
+    velocity_range: float = 5.0
+    lag_share: float = 1.25
+    shortest_guess: float = 0.005
+    longest_guess: float = 0.03
+    shortest_lag: float = 0.001
+    longest_lag: float = 0.1
+    distance_ratio: float = 4.0
+    least_deviation: float = 0.01
+    hold: float = 0.027
+    slow: float = 0.05
+    peak_memory: float = 100.0
+    steady: float = 3.0
+    moving: float = 20.0
+    gate_memory: float = 0.5
+    gate_on: float = 0.5
+    gate_off: float = 1.0
+    fastest: float = 65.0
+    fade: float = 1.0

@@ -1,1 +1,0 @@
-"""Equations made from signals: filters, torque form, sliding gate, series (4)."""

@@ -1,0 +1,112 @@
+"""What the adaptive controller promises on the reference joint; never worse than PI on a handful of others."""
+
+import functools
+import math
+
+import numpy as np
+import pytest
+from closed_loops import SCENARIO, drive, error_of, lay_course, run_plain
+from closed_loops import make as make_named
+
+from adaptive_ff import AdaptiveController, load_scenario, simulate
+from adaptive_ff.adaptive.tuning import Tuning
+from controllers import pi_gains
+
+JOINT = SCENARIO.joint
+
+
+@functools.cache
+def settled_error(name, period, seed):
+    scenario = SCENARIO.modified(seed=seed, sampling={"period": period})
+    return simulate(scenario, name).metrics.rms_error_settled
+
+
+@pytest.mark.parametrize(("period", "factor"), [(0.01, 3.0), (0.001, 8.0)])
+@pytest.mark.parametrize("seed", [2, 3, 4])
+def test_it_tracks_far_better_than_pi(seed, period, factor):
+    assert settled_error("pi", period, seed) > factor * settled_error("adaptive", period, seed)
+
+
+@pytest.mark.parametrize("seed", range(5, 13))
+def test_no_seed_leads_astray(seed):
+    scenario = SCENARIO.modified(seed=seed, duration=30.0)
+    errors = {name: simulate(scenario, name).metrics for name in ("pi", "adaptive")}
+    assert errors["adaptive"].rms_error_settled < 0.5 * errors["pi"].rms_error_settled
+    assert errors["adaptive"].max_error < 2.0 * errors["pi"].max_error
+
+
+SITUATIONS = {
+    "friction drops": {"change": [{"time": 20.0, "friction_scale": 0.5}]},
+    "friction triples": {"change": [{"time": 20.0, "friction_scale": 3.0}]},
+    "a load of 80 N m": {"change": [{"time": 20.0, "load": 80.0}]},
+    "half the inertia": {"feedback": {"inertia": 10.0}},
+    "twice the inertia": {"feedback": {"inertia": 40.0}},
+    "a wrong Stribeck velocity": {"adaptation": {"stribeck_velocity": 0.2}},
+    "a joint of little friction": {"joint": {"coulomb": 2.0, "stiction": 3.0, "viscous": 5.0}},
+}
+
+
+@pytest.mark.parametrize("name", SITUATIONS)
+def test_it_is_no_worse_than_pi(name):
+    scenario = SCENARIO.modified(seed=3, duration=40.0, **SITUATIONS[name])
+    errors = {one: simulate(scenario, one).metrics.rms_error_settled for one in ("pi", "adaptive")}
+    assert errors["adaptive"] < errors["pi"] / 0.95
+
+
+@pytest.mark.parametrize("period", [0.01, 0.001])
+def test_the_joint_is_identified(period):
+    found = simulate(SCENARIO.modified(seed=2, sampling={"period": period}), "adaptive").final_estimates
+    assert found["inertia"] == pytest.approx(JOINT.inertia, rel=0.1)
+    assert found["coulomb"] == pytest.approx(JOINT.coulomb, rel=0.1)
+    assert found["stiction"] == pytest.approx(JOINT.stiction, rel=0.1)
+    assert found["viscous"] == pytest.approx(JOINT.viscous, rel=0.2)
+
+
+def test_lost_measurements_are_bridged():
+    course = lay_course(SCENARIO.modified(duration=30.0))
+    noise = course.noise.copy()
+    noise[1500:1550] = math.nan
+    adaptive, pi = make_named("adaptive"), make_named("pi")
+    record, _ = drive(adaptive, course._replace(noise=noise))
+    alone, _ = drive(pi, course._replace(noise=noise))
+    assert adaptive.rejected == 50
+    assert error_of(course, record, 15.0) < 0.5 * error_of(course, alone, 15.0)
+
+
+def test_plain_python_equals_compiled_code():
+    course = lay_course(SCENARIO.modified(duration=3.0))
+    compiled, plain = make_named("adaptive"), make_named("adaptive")
+    first, _ = drive(compiled, course)
+    second, _ = drive(plain, course, run=run_plain)
+    np.testing.assert_array_equal(first.torque, second.torque)
+
+
+def test_estimates_do_not_depend_on_the_unit_of_torque():
+    """A joint with all torques a thousandth (small motor, same motion) is identified alike."""
+    small = SCENARIO.modified(
+        joint={name: getattr(JOINT, name) / 1000.0 for name in ("inertia", "coulomb", "stiction", "viscous")},
+        actuator={"torque_limit": 0.4},
+        feedback={"inertia": JOINT.inertia / 1000.0},
+    )
+    found, expected = simulate(small, "adaptive").final_estimates, simulate(SCENARIO, "adaptive").final_estimates
+    for name in ("inertia", "coulomb", "stiction", "viscous"):
+        assert 1000.0 * found[name] == pytest.approx(expected[name], rel=1e-4)
+
+
+@pytest.mark.parametrize("name", ["gravity_100", "positioning", "standstill"])
+def test_scenarios_of_the_package_are_tracked_better_than_by_pi(name):
+    scenario = load_scenario(name)
+    errors = {one: simulate(scenario, one).metrics.rms_error_settled for one in ("pi", "adaptive")}
+    assert errors["adaptive"] < 0.7 * errors["pi"]
+
+
+def test_every_constant_can_be_set_and_acts():
+    deaf = Tuning(gate_on=-1.0, gate_off=0.0)
+    controllers = [
+        AdaptiveController(*pi_gains(20.0, 10.0), 0.01, inertia=20.0, stribeck_velocity=0.05, tuning=tuning)
+        for tuning in (Tuning(), deaf)
+    ]
+    course = lay_course(SCENARIO.modified(duration=5.0))
+    first, second = (drive(one, course)[0].torque for one in controllers)
+    assert not np.array_equal(first, second)
+    assert controllers[1].observer_gain == 0.0

@@ -1,0 +1,119 @@
+"""Columns are learnt, fed, drawn, saved and exported: by direction, ripple, position, and one that is made up."""
+
+import math
+
+import numpy as np
+import pytest
+from closed_loops import SCENARIO
+
+from adaptive_ff import PER_DIRECTION, WITH_OFFSET, AdaptiveController, TorqueModel, run_in_c, simulate
+from adaptive_ff.adaptive.controller import MOST_REGRESSORS
+from adaptive_ff.report.diagnosis import map_sentences
+from controllers import PI, pi_gains
+from tests.helpers.driven_joint import PERIOD, drive, reference_joint, rms
+
+GAINS = pi_gains(20.0, 10.0)
+END = 40.0
+
+
+def make(parameters=WITH_OFFSET, **options):
+    return AdaptiveController(
+        *GAINS, PERIOD, inertia=20.0, stribeck_velocity=0.05, parameters=parameters, torque_limit=400.0, **options
+    )
+
+
+def late(run):
+    return rms(run.error[run.time > 0.5 * END])
+
+
+def known_position(time, position):
+    return position
+
+
+def test_a_column_that_is_made_up_is_learnt_fed_saved_and_exported():
+    """A torque that grows with the square of a known temperature."""
+
+    def temperature(time):
+        return 1.0 + 0.5 * math.sin(0.7 * time)
+
+    load = {"load": lambda time, position: -40.0 * temperature(time) ** 2}
+    informed, blind = make(regressors=1), make()
+    seeing = drive(informed, reference_joint(), 0.0, END, regressors=lambda t, q: [temperature(t) ** 2], **load)
+    alone = drive(blind, reference_joint(), 0.0, END, **load)
+    assert late(seeing) < 1.02 * late(alone)
+    assert abs(informed.estimates["regressor_1"]) == pytest.approx(40.0, rel=0.25)
+    other = make(regressors=1)
+    other.state_from_json(informed.state_to_json())
+    exported = run_in_c(informed)
+    for _ in range(50):
+        assert exported.step(0.1, 0.1, next_reference=0.1) == other.step(0.1, 0.1, next_reference=0.1)
+
+
+def test_friction_by_direction_is_told_apart():
+    true = TorqueModel.from_directions(20.0, (70.0, 50.0), (100.0, 80.0), (90.0, 70.0), 0.02, 0.05, 1.0)
+    controller = make(PER_DIRECTION)
+    joint = reference_joint()
+
+    def unequal(time, position):
+        return math.copysign(10.0, joint.state.velocity) * (joint.state.velocity > 0.0) + 10.0 * joint.state.velocity
+
+    run = drive(controller, joint, 0.0, END, load=unequal)
+    alone = drive(PI(*GAINS, PERIOD), reference_joint(), 0.0, END)
+    assert late(run) < 0.5 * late(alone)
+    assert true.offset == 10.0
+
+
+def test_a_ripple_of_a_known_period_is_learnt_and_fed():
+    def ripple(time, position):
+        return 30.0 * math.sin(2.0 * math.pi * position / 0.2)
+
+    informed, blind = make(ripple_periods=[0.2]), make()
+    seeing, alone = (
+        drive(one, reference_joint(), 0.0, END, load=ripple, position=known_position) for one in (informed, blind)
+    )
+    assert late(seeing) < 0.8 * late(alone)
+    assert informed.estimates["ripple_sin_1"] == pytest.approx(30.0, abs=5.0)
+
+
+@pytest.mark.parametrize("asked", [{"position_periods": [1.0]}, {"position_hats": 21, "position_range": [0.0, 2.0]}])
+def test_friction_over_position_is_learnt_fed_and_told(asked):
+    scenario = SCENARIO.modified(
+        seed=3, duration=60.0, variation={"position_amplitude": 0.4, "position_period": 1.0}, sampling={"period": 0.002}
+    )
+    limit = {"torque_limit": 400.0}
+    base = {"inertia": 20.0, "stribeck_velocity": 0.05, "parameters": WITH_OFFSET, **limit}
+    informed = AdaptiveController(*scenario.feedback.gains, 0.002, **base, **asked)
+    blind = AdaptiveController(*scenario.feedback.gains, 0.002, **base)
+    errors = [simulate(scenario, one).metrics.rms_error_settled for one in (informed, blind)]
+    assert errors[0] < errors[1]
+    if "position_periods" in asked:
+        learnt = informed.learnt_map
+        truth = 1.0 + 0.4 * np.sin(2.0 * math.pi * learnt.position)
+        assert np.max(np.abs(learnt.factor - truth)) < 0.15
+        (said,) = map_sentences(learnt)
+        assert "repeats every 1 rad" in said
+
+
+def test_a_first_map_is_fed_from_the_first_sample():
+    model = TorqueModel(20.0, 60.0, 90.0, 80.0, 0.02, 0.05, 1.0)
+    controller = make(model=model, position_periods=[1.0], position_map=[0.1, 0.3])
+    learnt = controller.learnt_map
+    expected = 1.0 + 0.1 * np.cos(2.0 * math.pi * learnt.position) + 0.3 * np.sin(2.0 * math.pi * learnt.position)
+    np.testing.assert_allclose(learnt.factor, expected / np.mean(expected), rtol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"position_map": [0.1]}, r"^position_map is not allowed without position_periods or position_hats"),
+        ({"position_hats": 3, "position_map": [0.1] * 3}, r"^position_map is not allowed without a model that has"),
+        ({"position_hats": 1}, r"^position_hats = 1 is not allowed"),
+        ({"position_range": [0.0, 1.0]}, r"^position_range = \[0.0, 1.0\] is not allowed without position_hats"),
+        ({"ripple_periods": [-1.0]}, r"^ripple_periods = \[-1.0\] is not allowed"),
+        ({"ripple_periods": [1.0], "regressors": 20}, rf"must be {MOST_REGRESSORS - 2} at most"),
+        ({"map_deviation": -1.0}, r"^map_deviation = -1 is not allowed"),
+    ],
+)
+def test_what_cannot_be_is_refused(options, message):
+    with pytest.raises(ValueError, match=message):
+        make(**options)

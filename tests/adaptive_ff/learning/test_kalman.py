@@ -1,0 +1,183 @@
+"""The filter of the coefficients against filters of others; what makes it the recursive least squares of the paper."""
+
+import math
+
+import numpy as np
+import pytest
+from filterpy.kalman import FadingKalmanFilter, IMMEstimator, KalmanFilter
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.optimize import lsq_linear
+
+from adaptive_ff.learning.kalman import (
+    LOOP,
+    Member,
+    Prior,
+    constrain_in_place,
+    flow_in_place,
+    mix_in_place,
+    return_in_place,
+    update_in_place,
+)
+from adaptive_ff.learning.rls import RLSState, update_rls_in_place
+
+SEEDS = st.integers(0, 10**6)
+
+
+def spread(rng, size):
+    """A random covariance."""
+    root = rng.standard_normal((size, size)) * 10.0 ** rng.uniform(-1.0, 1.0, size)
+    return root @ root.T + 1e-6 * np.eye(size)
+
+
+def drawn(rng, count):
+    return Member(rng.standard_normal(LOOP + count), spread(rng, LOOP + count))
+
+
+def oracle(member, size=1):
+    found = KalmanFilter(dim_x=member.mean.size, dim_z=size)
+    found.x, found.P = member.mean[:, np.newaxis].copy(), member.covariance.copy()
+    return found
+
+
+def updated(member, x, y, noise, clip=math.inf):
+    """Update with one measurement; the sensitivities hold at their own parameters."""
+    lag, velocity = member.mean[-2], member.mean[-1]
+    return update_in_place(member, x, y, noise, clip, lag, velocity, np.zeros(member.mean.size))
+
+
+@given(seed=SEEDS)
+def test_update_and_flow_are_those_of_a_kalman_filter(seed):
+    rng = np.random.default_rng(seed)
+    member = drawn(rng, 5)
+    other = oracle(member)
+    x, noise, y = rng.standard_normal(5), 10.0 ** rng.uniform(-3.0, 1.0), float(rng.standard_normal())
+    rate, proportional, integral = rng.uniform(0.01, 1.0), rng.uniform(0.0, 2.0), rng.uniform(0.0, 0.5)
+    move = np.eye(7)
+    move[:2, :2] = [
+        [1.0 - rate * proportional, -rate],
+        [integral * (1.0 - rate * proportional), 1.0 - integral * rate],
+    ]
+    other.predict(F=move, Q=np.diag([noise, *np.zeros(6)]))
+    flow_in_place(member, rate, proportional, integral, noise)
+    np.testing.assert_allclose(member.mean, other.x[:, 0], rtol=1e-9, atol=1e-12)
+    np.testing.assert_allclose(member.covariance, other.P, rtol=1e-9, atol=1e-12 * np.max(other.P))
+    row = np.concatenate([[1.0, 0.0], x])
+    other.update(y + x[-2:] @ member.mean[-2:], R=np.array([[noise]]), H=row[np.newaxis])
+    normalised, likelihood = updated(member, x, y, noise)
+    np.testing.assert_allclose(member.mean, other.x[:, 0], rtol=1e-6, atol=1e-9)
+    np.testing.assert_allclose(member.covariance, other.P, rtol=1e-6, atol=1e-9 * np.max(spread(rng, 2)) + 1e-9)
+    assert normalised == pytest.approx(float(other.y[0, 0]) / math.sqrt(float(other.S[0, 0])))
+    assert likelihood == pytest.approx(other.log_likelihood + 0.5 * math.log(2.0 * math.pi))
+
+
+@pytest.mark.parametrize("forgetting", [1.0, 0.99, 0.9])
+def test_without_loop_states_it_is_the_recursive_least_squares_of_the_paper(forgetting):
+    """Process noise ``(1/lambda - 1) P``, ``G = 1``: equations (11) to (13), and a fading-memory filter."""
+    rng = np.random.default_rng(7)
+    count, size = 300, 6
+    rows = rng.standard_normal((count, size))
+    outputs = rows @ rng.standard_normal(size) + 0.1 * rng.standard_normal(count)
+    first = 100.0 * np.eye(size)
+    paper = RLSState(np.zeros(size), first.copy(), np.zeros(size))
+    with pytest.warns(DeprecationWarning, match="KalmanFilter class"):
+        fading = FadingKalmanFilter(alpha=forgetting**-0.5, dim_x=size, dim_z=1)
+    fading.x, fading.P, fading.F, fading.Q = np.zeros((size, 1)), first.copy(), np.eye(size), np.zeros((size, size))
+    fading.R = np.eye(1)
+    member = Member(np.zeros(LOOP + size + 2), np.zeros((LOOP + size + 2,) * 2))
+    member.covariance[LOOP:-2, LOOP:-2] = first
+    for row, output in zip(rows, outputs, strict=True):
+        update_rls_in_place(paper, row, output, forgetting)
+        fading.predict()
+        fading.H = row[np.newaxis]
+        fading.update(output)
+        member.covariance[:] /= forgetting
+        updated(member, np.concatenate([row, [0.0, 0.0]]), output, 1.0)
+        np.testing.assert_allclose(member.mean[LOOP:-2], paper.estimate, rtol=1e-9, atol=1e-9)
+        np.testing.assert_allclose(member.mean[LOOP:-2], fading.x[:, 0], rtol=1e-9, atol=1e-9)
+    np.testing.assert_allclose(member.covariance[LOOP:-2, LOOP:-2], fading.P, rtol=1e-8, atol=1e-12)
+
+
+@given(seed=SEEDS, weight=st.floats(0.01, 0.99), rate=st.floats(0.001, 0.5))
+def test_two_members_interact_as_multiple_models_do(seed, weight, rate):
+    rng = np.random.default_rng(seed)
+    members = [drawn(rng, 3), drawn(rng, 3)]
+    others = [oracle(member) for member in members]
+    for other in others:
+        other.F, other.Q = np.eye(5), np.zeros((5, 5))
+    mixed = IMMEstimator(others, np.array([1.0 - weight, weight]), np.array([[1.0 - rate, rate], [rate, 1.0 - rate]]))
+    following = mix_in_place(*members, weight, rate)
+    assert following == pytest.approx(mixed.cbar[1])
+    mixed.predict()
+    for member, other in zip(members, others, strict=True):
+        np.testing.assert_allclose(member.mean, other.x[:, 0], rtol=1e-9, atol=1e-10)
+        np.testing.assert_allclose(member.covariance, other.P, rtol=1e-9, atol=1e-9)
+
+
+@given(seed=SEEDS)
+def test_the_bounds_are_met_by_the_projection_in_the_metric_of_the_information(seed):
+    """Against a bounded least-squares solver: with up to three bounds at work."""
+    rng = np.random.default_rng(seed)
+    count = 6
+    root = np.eye(LOOP + count) + 0.2 * rng.standard_normal((LOOP + count,) * 2)
+    member = Member(rng.standard_normal(LOOP + count), root @ root.T)
+    lowest = np.full(count, -math.inf)
+    lowest[1:4] = 0.0
+    prior = Prior(np.zeros(count), np.eye(count), np.zeros(count, bool), lowest, np.full(count, math.inf))
+    solution = lsq_linear(
+        np.linalg.inv(root),
+        np.linalg.solve(root, member.mean),
+        (np.concatenate([[-math.inf] * LOOP, lowest]), math.inf),
+        tol=1e-12,
+    )
+    constrain_in_place(member, prior, np.zeros(count))
+    assert np.all(member.mean[LOOP:] >= lowest)
+    np.testing.assert_allclose(member.mean, solution.x, atol=0.02)
+
+
+def test_what_is_not_measured_returns_to_the_prior():
+    rng = np.random.default_rng(3)
+    member = drawn(rng, 4)
+    scaled = np.array([False, True, True, False])
+    prior = Prior(rng.standard_normal(4), spread(rng, 4), scaled, np.full(4, -math.inf), np.full(4, math.inf))
+    for _ in range(2000):
+        return_in_place(member, prior, 10.0, 0.99)
+    units = np.where(scaled, 10.0, 1.0)
+    np.testing.assert_allclose(member.mean[LOOP:], prior.mean * units, rtol=1e-6)
+    np.testing.assert_allclose(member.covariance[LOOP:, LOOP:], prior.covariance * np.outer(units, units), rtol=1e-6)
+
+
+@given(seed=SEEDS)
+def test_an_outlier_counts_no_more_than_the_clip_says(seed):
+    rng = np.random.default_rng(seed)
+    plain, clipped, wild = (drawn(np.random.default_rng(seed), 4) for _ in range(3))
+    x = rng.standard_normal(4)
+    base = plain.mean.copy()
+    level = math.sqrt(np.concatenate([[1.0, 0.0], x]) @ plain.covariance @ np.concatenate([[1.0, 0.0], x]) + 1.0)
+    centre = base[0] + x[:-2] @ base[LOOP:-2]
+    updated(clipped, x, centre + 3.0 * level, 1.0, clip=3.0)
+    updated(wild, x, centre + 1e6 * level, 1.0, clip=3.0)
+    steps = [np.abs(member.mean - base) for member in (clipped, wild)]
+    assert np.all(steps[1] <= steps[0] * (1.0 + 1e-6) + 1e-12)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_sum_of_squared_innovations_is_the_least_regularised_sum_of_squares(seed):
+    """``sum R nu^2/S = min [sum (y - theta'x)^2 + R |theta - theta_0|^2]``, in the metric of ``P_0^-1``."""
+    rng = np.random.default_rng(seed)
+    count, size, noise = 200, 5, 10.0 ** rng.uniform(-3.0, 1.0)
+    rows = np.cumsum(rng.standard_normal((count, size)), axis=0) * 0.1
+    outputs = np.cumsum(rng.standard_normal(count))
+    first, covariance = rng.standard_normal(size), spread(rng, size)
+    member = Member(np.concatenate([[0.0, 0.0], first, [0.0, 0.0]]), np.zeros((LOOP + size + 2,) * 2))
+    member.covariance[LOOP:-2, LOOP:-2] = covariance
+    total = 0.0
+    for row, output in zip(rows, outputs, strict=True):
+        normalised, _ = updated(member, np.concatenate([row, [0.0, 0.0]]), output, noise)
+        total += noise * normalised**2
+    root = np.linalg.inv(np.linalg.cholesky(covariance)) * math.sqrt(noise)
+    stacked = np.vstack([rows, root])
+    best, *_ = np.linalg.lstsq(stacked, np.concatenate([outputs, root @ first]), rcond=None)
+    least = np.sum((np.concatenate([outputs, root @ first]) - stacked @ best) ** 2)
+    assert total == pytest.approx(least, rel=1e-6)
+    np.testing.assert_allclose(member.mean[LOOP:-2], best, rtol=1e-4, atol=1e-6)
