@@ -40,7 +40,6 @@ from .native import CalledBack as CalledBack
 from .native import Native as Native
 from .native import NativeParameters as NativeParameters
 from .native import step_all as step_all
-from .native import step_in_memory as step_in_memory
 from .observers.disturbance_observer import DisturbanceObserver as DisturbanceObserver
 from .observers.extended_state import ExtendedState as ExtendedState
 from .observers.kalman_disturbance import KalmanDisturbance as KalmanDisturbance

@@ -89,11 +89,6 @@ class NativeParameters(NamedTuple):
     exchange: MutableArray
 
 
-def step_in_memory(address: int, parameters: int, state: int, row: NDArray[np.float64]) -> None:
-    """Do one sample of a controller in memory; the row holds the inputs and is given torque and feedforward, N m."""
-    call(address, parameters, state, row)
-
-
 def step_native(block: NativeParameters, state: int, inputs: Inputs) -> tuple[Output, int]:
     """Do one sample of a controller in memory; the state that is handed through is that of no one."""
     row = block.exchange
@@ -101,7 +96,7 @@ def step_native(block: NativeParameters, state: int, inputs: Inputs) -> tuple[Ou
     row[3], row[4], row[5] = inputs.correction, inputs.position, inputs.realised_torque
     row[6], row[7], row[8] = inputs.feedforward, inputs.inertia, inputs.dt
     row[9], row[10] = inputs.acting_reference, inputs.next_acting_reference
-    step_in_memory(block.step, block.parameters, block.state, row)
+    call(block.step, block.parameters, block.state, row)
     return Output(row[TORQUE], row[TORQUE + 1]), state
 
 

@@ -14,10 +14,9 @@ import numpy as np
 
 from adaptive_ff.adaptive.controller import AdaptiveController
 from adaptive_ff.adaptive.extensions.chain import JointRegressors, carried_links, link_angles, regressor_count
-from adaptive_ff.adaptive.group_step import step_group
 from adaptive_ff.errors import check_kind, checked_path, read_text
 from adaptive_ff.friction.model import IDENTIFIED
-from controllers import Inputs, Output
+from controllers import Inputs, Output, step_all
 from controllers.arrays import ArrayLike, NDArray
 from controllers.checks import checked_array
 from controllers.compiled import compiles
@@ -116,7 +115,7 @@ class JointGroup:
         self._rows = np.full((len(self.joints), len(COLUMNS) + len(Output._fields)), math.nan)
         self._rows[:, [COLUMNS.index(name) for name in ADDED]] = 0.0
         self._blocks: list[Any] = [None] * len(self.joints)
-        self._places = np.empty((len(self.joints), 3), dtype=np.intp)
+        self._places = np.empty((len(self.joints), 3), dtype=np.int64)
 
     @classmethod
     def from_table(cls, table: Mapping[str, Any]) -> Self:
@@ -238,17 +237,17 @@ class JointGroup:
             rows[:, place] = self._checked(name, values, name in MAY_BE_UNKNOWN)
         self._regressors.place(rows[:, COLUMNS.index("position")], self._regressors.checked(regressors))
         if self._compiled:
-            step_group(self._addresses(), rows)
+            step_all(self._addresses(), rows)
             return rows[:, len(COLUMNS)].copy()
         inputs = rows[:, : len(COLUMNS)].tolist()
         pairs = zip(self._controllers, inputs, strict=True)
         return np.array([controller.step_plain(Inputs(*row)).torque for controller, row in pairs])
 
-    def _addresses(self) -> NDArray[np.intp]:
+    def _addresses(self) -> NDArray[np.int64]:
         blocks = [controller.native for controller in self._controllers]
         if any(map(operator.is_not, blocks, self._blocks)):
             found = [(block.step, block.parameters, block.state) for block in blocks]
-            self._blocks, self._places = blocks, np.array(found, dtype=np.intp)
+            self._blocks, self._places = blocks, np.array(found, dtype=np.int64)
         return self._places
 
     def _checked(self, name: str, values: ArrayLike, may_be_unknown: bool) -> Array | float:
@@ -382,8 +381,6 @@ class JointGroup:
         """Compile or load the step before real-time use; the states are left as they are."""
         for controller in self._controllers:
             controller.warm_up()
-        if compiles():
-            step_group(np.empty((0, 3), dtype=np.intp), np.empty((0, 0)))
 
     def state_to_json(self) -> str:
         """Return the states of all joints as one JSON text that restores them exactly."""
