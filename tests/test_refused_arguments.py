@@ -273,6 +273,7 @@ KINDS = [
     ("controllers.initial_velocity_state", "block", "low-pass", "it must be an estimator"),
     ("adaptive_ff.AdaptiveController", "model", "mine", "it must be a TorqueModel, or values by name"),
     ("adaptive_ff.AdaptiveController", "model", [1.0, 2.0], "it must be a TorqueModel, or values by name"),
+    ("adaptive_ff.AdaptiveController", "tuning", {"clip": 3.0}, "it must be a Tuning"),
     ("adaptive_ff.assert_no_regression", "comparison", None, A_COMPARISON),
     ("adaptive_ff.compare", "progress", "loud", "it must be a function"),
     ("adaptive_ff.simulate", "progress", 1, "it must be a function"),
@@ -297,7 +298,6 @@ def test_another_kind_is_refused_with_what_is_allowed(name, argument, wrong, rul
 BAD = [
     (controllers.loop_margins_of, (5,), r"systems = 5 is not allowed: it must be what loop_systems returns$"),
     (adaptive_ff.JointGroup.from_table, ("arm.toml",), "table = .* must be a table with period and joints"),
-    (adaptive_ff.AdaptiveController(**LEARNING).diagnose, ("run.csv",), "run = .* the series torque and feedforward"),
     (adaptive_ff.Log, ("log", TIME, WAVE, WAVE, None, [WAVE]), "extra = .* it must be series by name"),
     (adaptive_ff.Log, ("log", None, WAVE, WAVE), "log: time must be a one-dimensional array of numbers"),
     (adaptive_ff.Log, ("log", TIME, None, WAVE), "log: torque must be a one-dimensional array of numbers"),

@@ -20,7 +20,7 @@ from adaptive_ff.learning.kalman import Prior
 from adaptive_ff.learning.response import initial_response
 from controllers import check_gains, check_positive
 from controllers.arrays import NDArray
-from controllers.checks import check_numbers, check_velocity_lag, checked_array, checked_switch
+from controllers.checks import check_finite, check_numbers, check_velocity_lag, checked_array, checked_switch
 from controllers.plausible_sizes import LARGEST_VELOCITY, inertia_bounds
 
 if TYPE_CHECKING:
@@ -153,8 +153,9 @@ class AdaptiveController(IdentifyingController):
         load_friction: bool = False,
         position_map: Sequence[float] | None = None,
         map_deviation: float | Sequence[float] = MAP_DEVIATION,
-        tuning: Tuning = Tuning(),  # noqa: B008 - immutable
+        tuning: Tuning | None = None,
     ) -> None:
+        tuning = checked_tuning(tuning)
         feedback = check_gains(proportional, integral, period, delay)
         parameters = check_parameters(parameters, ALL_CHOICES)
         ripples = checked_periods("ripple_periods", ripple_periods)
@@ -380,6 +381,16 @@ def slowed(crossover: float, delay: float) -> float:
     A delay costs the observer's loop the phase that it costs the feedback, once more.
     """
     return crossover / (1.0 + 2.0 * delay * crossover)
+
+
+def checked_tuning(tuning: Tuning | None) -> Tuning:
+    """Return the constants; raise ``TypeError`` for what is no record of them, ``ValueError`` for one not finite."""
+    if tuning is None:
+        return Tuning()
+    if not isinstance(tuning, Tuning):
+        raise TypeError(f"tuning = {tuning!r} is not allowed: it must be a Tuning")
+    check_finite(**{f"tuning.{name}": value for name, value in tuning._asdict().items()})
+    return tuning
 
 
 def checked_memory(memory: float | None, tuning: Tuning) -> float:

@@ -94,12 +94,12 @@ def checked_hats(hats: int, positions: Sequence[float] | None) -> tuple[int, flo
         raise ValueError(
             f"position_hats = {hats} is not allowed: it must be 0, or a whole number from 2 to {MOST_HATS}"
         )
-    if hats == 0 and positions is not None:
-        raise ValueError(f"position_range = {list(positions)} is not allowed without position_hats")
     ends = checked_array("position_range", (-math.pi, math.pi) if positions is None else positions)
     if ends.shape != (2,) or not (math.isfinite(ends[0]) and ends[0] < ends[1] < math.inf):
         shown = list(positions or ()) if ends.ndim == 1 else positions
         raise ValueError(
             f"position_range = {shown} is not allowed: it must be two finite numbers of rad, the lower first"
         )
+    if hats == 0 and positions is not None:
+        raise ValueError(f"position_range = {list(positions)} is not allowed without position_hats")
     return int(hats), float(ends[0]), float(ends[1] - ends[0]) / max(1, int(hats) - 1)
