@@ -6,6 +6,17 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from adaptive_ff.adaptive.arguments import (
+    check_gear_and_limit,
+    check_machine,
+    checked_memory,
+    checked_tuning,
+    further_names,
+    observer_pole,
+    refuse_large,
+    slowed,
+    write_finite,
+)
 from adaptive_ff.adaptive.estimates import deviations
 from adaptive_ff.adaptive.extensions.over_position import LearntMap, checked_hats, checked_periods, read_map
 from adaptive_ff.adaptive.prior import ASYMMETRY, DEVIATION, FOUND, MAP_DEVIATION, default_prior, model_prior, with_map
@@ -15,24 +26,17 @@ from adaptive_ff.adaptive.step import step_adaptive  # noqa: F401  its import re
 from adaptive_ff.adaptive.tuning import Tuning
 from adaptive_ff.friction.columns import Hypothesis, initial_friction_state
 from adaptive_ff.friction.identifying import ALL_CHOICES, IdentifyingController, check_parameters, has_gravity
-from adaptive_ff.friction.model import FURTHER, WITH_GRAVITY, TorqueModel, ripple_names
+from adaptive_ff.friction.model import WITH_GRAVITY, TorqueModel, ripple_names
 from adaptive_ff.learning.kalman import Prior
 from adaptive_ff.learning.response import initial_response
 from controllers import check_gains, check_positive
 from controllers.arrays import NDArray
-from controllers.checks import check_finite, check_numbers, check_velocity_lag, checked_array, checked_switch
-from controllers.plausible_sizes import LARGEST_VELOCITY, inertia_bounds
+from controllers.checks import check_numbers, check_velocity_lag, checked_array, checked_switch
 
 if TYPE_CHECKING:
     from adaptive_ff.adaptive.diagnosis import Diagnosis
 
 Array = NDArray[np.float64]
-
-MOST_REGRESSORS = 20
-"""Most further regressors: with some 25 columns and more, all of them are learnt worse."""
-
-LARGEST_REGRESSOR = 1e6
-"""Largest further regressor: they are of the size of one, and from far larger ones no estimator goes on."""
 
 
 class AdaptiveController(IdentifyingController):
@@ -334,91 +338,3 @@ def prior_with(
             if not math.isclose(own, value):
                 raise ValueError(f"model.{name} = {own:g} is not allowed: it must be {name} = {value:g}")
     return model_prior(prior, hypothesis, tuning, names, model, deviation, unit)
-
-
-def further_names(count: int, ripples: int = 0) -> tuple[str, ...]:
-    """Return the names of the sizes of so many further regressors, or raise ``ValueError`` for no such number."""
-    if isinstance(count, bool) or not isinstance(count, int | np.integer) or not 0 <= count <= MOST_REGRESSORS:
-        raise ValueError(f"regressors = {count} is not allowed: it must be a whole number from 0 to {MOST_REGRESSORS}")
-    if 2 * ripples + count > MOST_REGRESSORS:
-        raise ValueError(
-            f"regressors = {count} is not allowed: with {ripples} ripple_periods, two columns each, it must be "
-            f"{MOST_REGRESSORS - 2 * ripples} at most"
-        )
-    return tuple(f"{FURTHER}{number}" for number in range(1, count + 1))
-
-
-def check_machine(proportional: float, inertia: float, stribeck_velocity: float) -> None:
-    """Raise ``ValueError`` for an inertia (kg m^2) or a Stribeck velocity (rad/s) that no machine of the loop has.
-
-    The messages name no units: a controller is not told whether its axis turns or is linear.
-    """
-    check_positive(proportional=proportional, inertia=inertia, stribeck_velocity=stribeck_velocity)
-    least, most = inertia_bounds(proportional)
-    if not least < inertia < most:
-        raise ValueError(
-            f"inertia = {inertia} is not allowed with proportional = {proportional}: it must be between {least:g} and "
-            f"{most:g}"
-        )
-    if stribeck_velocity > LARGEST_VELOCITY:
-        raise ValueError(
-            f"stribeck_velocity = {stribeck_velocity} is not allowed: it must be {LARGEST_VELOCITY:g} at most"
-        )
-
-
-def check_gear_and_limit(gear_ratio: float, torque_limit: float) -> None:
-    """Raise ``ValueError`` for a gear ratio that is zero or not finite, or a limit (N m) that is not positive."""
-    check_numbers(gear_ratio=gear_ratio, torque_limit=torque_limit)
-    if not (math.isfinite(gear_ratio) and gear_ratio != 0.0):
-        raise ValueError(f"gear_ratio = {gear_ratio} is not allowed: it must be finite and not zero")
-    if not torque_limit > 0.0:
-        raise ValueError(f"torque_limit = {torque_limit} N m is not allowed: it must be positive")
-
-
-def slowed(crossover: float, delay: float) -> float:
-    """Return the fastest pole of the observer (rad/s) around a loop of a crossover (rad/s) and a delay (s).
-
-    A delay costs the observer's loop the phase that it costs the feedback, once more.
-    """
-    return crossover / (1.0 + 2.0 * delay * crossover)
-
-
-def checked_tuning(tuning: Tuning | None) -> Tuning:
-    """Return the constants; raise ``TypeError`` for what is no record of them, ``ValueError`` for one not finite."""
-    if tuning is None:
-        return Tuning()
-    if not isinstance(tuning, Tuning):
-        raise TypeError(f"tuning = {tuning!r} is not allowed: it must be a Tuning")
-    check_finite(**{f"tuning.{name}": value for name, value in tuning._asdict().items()})
-    return tuning
-
-
-def checked_memory(memory: float | None, tuning: Tuning) -> float:
-    """Return the memory, s of motion."""
-    if memory is None:
-        return tuning.memory
-    check_positive(memory=memory)
-    return float(memory)
-
-
-def observer_pole(bandwidth: float | None, tuning: Tuning) -> float:
-    """Return the fastest pole of the observer, rad/s, for a bandwidth in Hz."""
-    if bandwidth is None:
-        return tuning.fastest
-    check_positive(observer_bandwidth=bandwidth)
-    return 2.0 * math.pi * float(bandwidth)
-
-
-def refuse_large(name: str, values: Array) -> None:
-    """Raise ``ValueError`` where a regressor is too large; one that is not finite is none."""
-    large = values[(np.abs(values) > LARGEST_REGRESSOR) & np.isfinite(values)]
-    if large.size > 0:
-        raise ValueError(
-            f"{name} = {large[0]:g} is not allowed: they should be of the size of one, from {-LARGEST_REGRESSOR:g} to "
-            f"{LARGEST_REGRESSOR:g} at most"
-        )
-
-
-def write_finite(held: Array, values: Array) -> None:
-    """Write regressors over those that hold; of one that is not finite the last one holds."""
-    np.copyto(held, values, where=np.isfinite(values))

@@ -2,7 +2,7 @@
 
 import math
 
-from adaptive_ff.adaptive.controller import LARGEST_REGRESSOR
+from adaptive_ff.adaptive.arguments import LARGEST_REGRESSOR
 from adaptive_ff.export.export import Export
 from adaptive_ff.export.sample import optional_inputs, unchecked_inputs
 from adaptive_ff.export.tables import arrays_of, has_arrays, has_own_start

@@ -2,7 +2,7 @@
 
 from importlib.metadata import version
 
-from adaptive_ff.adaptive.controller import LARGEST_REGRESSOR
+from adaptive_ff.adaptive.arguments import LARGEST_REGRESSOR
 from adaptive_ff.export.buffer import HEADER
 from adaptive_ff.export.export import Export
 from adaptive_ff.export.leaves import Leaf

@@ -83,7 +83,8 @@ def run_torque_form(
     places = [columns.index(name) for name in ESTIMATED]
     begun[places] = first
     found = np.zeros((int(np.count_nonzero(used)), len(columns)))
-    rls_loop(begun.copy(), VAGUE * np.eye(begun.size), rows[used], outputs[used], 1.0, found, np.zeros(len(found)))
+    state = RLSState(begun.copy(), VAGUE * np.eye(begun.size), np.zeros(begun.size))
+    rls_loop(state, rows[used], outputs[used], 1.0, found, np.zeros(len(found)))
     after = np.vstack([begun, found])[np.cumsum(used)]
     return np.ascontiguousarray(after[:, places])
 

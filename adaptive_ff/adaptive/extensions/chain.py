@@ -10,13 +10,8 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from adaptive_ff.adaptive.controller import (
-    MOST_REGRESSORS,
-    AdaptiveController,
-    further_names,
-    refuse_large,
-    write_finite,
-)
+from adaptive_ff.adaptive.arguments import MOST_REGRESSORS, further_names, refuse_large, write_finite
+from adaptive_ff.adaptive.controller import AdaptiveController
 from controllers.arrays import NDArray
 from controllers.checks import checked_array
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from adaptive_ff import WITH_GRAVITY, AdaptiveController, JointGroup
-from adaptive_ff.adaptive.controller import LARGEST_REGRESSOR, MOST_REGRESSORS
+from adaptive_ff.adaptive.arguments import LARGEST_REGRESSOR, MOST_REGRESSORS
 from controllers import pi_gains
 
 PERIOD, SAMPLES = 0.01, 300

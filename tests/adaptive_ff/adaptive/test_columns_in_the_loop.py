@@ -7,7 +7,7 @@ import pytest
 from closed_loops import SCENARIO
 
 from adaptive_ff import PER_DIRECTION, WITH_OFFSET, AdaptiveController, TorqueModel, run_in_c, simulate
-from adaptive_ff.adaptive.controller import MOST_REGRESSORS
+from adaptive_ff.adaptive.arguments import MOST_REGRESSORS
 from adaptive_ff.report.diagnosis import map_sentences
 from controllers import PI, pi_gains
 from tests.helpers.driven_joint import PERIOD, drive, reference_joint, rms
