@@ -179,13 +179,14 @@ def test_recursion_as_printed_is_13_word_for_word():
     rng = np.random.default_rng(3)
     estimate, covariance = rng.standard_normal(6), np.diag(rng.uniform(1.0, 9.0, 6))
     expected, matrix = estimate.copy(), covariance.copy()
+    state = RLSState(estimate, covariance, np.zeros(6))
     for _ in range(50):
         row, output = rng.standard_normal(6), rng.standard_normal()
         error = output - row @ expected
         gain = matrix @ row / (row @ matrix @ row + 0.97)  # (12)
         expected = expected + gain * error  # (11)
         matrix = (np.eye(6) - np.outer(gain, row)) @ matrix / 0.97  # (13)
-        assert update_rls_printed(estimate, covariance, row, output, 0.97) == pytest.approx(error, rel=1e-9)
+        assert update_rls_printed(state, np.zeros((6, 6)), row, output, 0.97) == pytest.approx(error, rel=1e-9)
     assert estimate == pytest.approx(expected, rel=1e-9)
     assert covariance == pytest.approx(matrix, rel=1e-9, abs=1e-12)
     assert not np.array_equal(covariance, covariance.T)
@@ -195,14 +196,14 @@ def test_printed_and_symmetric_recursion_agree_where_data_excite(data):
     rows, outputs = regression(data.velocity, data.acting)
     estimates = []
 
-    def update_symmetric(estimate, covariance, *equation):
-        update_rls_in_place(RLSState(estimate, covariance, np.zeros(6)), *equation)
+    def update_printed(state, *equation):
+        update_rls_printed(state, np.zeros((6, 6)), *equation)
 
-    for update in (update_symmetric, update_rls_printed):
-        estimate, covariance = np.zeros(6), 1e4 * np.eye(6)
+    for update in (update_rls_in_place, update_printed):
+        state = RLSState(np.zeros(6), 1e4 * np.eye(6), np.zeros(6))
         for row, output in zip(rows[:2000], outputs[:2000], strict=True):
-            update(estimate, covariance, row, output, 0.99)
-        estimates.append(estimate)
+            update(state, row, output, 0.99)
+        estimates.append(state.estimate)
     assert estimates[1] == pytest.approx(estimates[0], rel=1e-8)
 
 
