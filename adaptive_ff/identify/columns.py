@@ -1,6 +1,7 @@
 """Unit torques of a motion: what each parameter of a joint takes of the torque when it is one."""
 
 import math
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -105,7 +106,7 @@ def _unit(rows: Rows, name: str, place: Map) -> Array:
     """Return a unit torque that depends on the motion at its time alone."""
     if name.startswith("force_"):
         return place.share(name.removeprefix("force_"), rows.position)
-    return {
+    units: dict[str, Callable[[], Array]] = {
         "inertia": lambda: derivative(rows.velocity, rows.period),
         "viscous": lambda: rows.velocity,
         "viscous_asymmetry": lambda: np.abs(rows.velocity),
@@ -113,7 +114,8 @@ def _unit(rows: Rows, name: str, place: Map) -> Array:
         "gravity_sine": lambda: np.sin(rows.position),
         "gravity_cosine": lambda: np.cos(rows.position),
         "torque_delay": lambda: derivative(rows.torque, rows.period),
-    }[name]()
+    }
+    return units[name]()
 
 
 def _dry(rows: Rows, shape: Shape, place: Map) -> dict[str, Array]:

@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Sequence
-from numbers import Real
 from statistics import NormalDist
 from typing import NamedTuple
 
@@ -17,6 +16,7 @@ from adaptive_ff.friction.model import (
     TorqueModel,
 )
 from adaptive_ff.identify.result import ASYMMETRY, LogIdentification, Parameter
+from controllers.checks import check_numbers
 
 REPORTED_AS = dict(zip(GRAVITY, ("gravity_sine", "gravity_cosine"), strict=True))
 """Names in an identification of what controllers call otherwise."""
@@ -159,8 +159,7 @@ def _torque_scale(found: LogIdentification, torque_constant: float | None) -> fl
         if is_current:
             raise InputError(f"{found.name}: the torque is a current; give torque_constant, in N m/A (N/A)")
         return 1.0
-    if not isinstance(torque_constant, Real) or isinstance(torque_constant, bool):
-        raise TypeError(f"torque_constant = {torque_constant!r} is not allowed: it must be a number")
+    check_numbers(torque_constant=torque_constant)
     if not (math.isfinite(torque_constant) and torque_constant > 0.0):
         raise InputError(f"torque_constant = {torque_constant:g} is not allowed: it must be positive and finite")
     if not is_current:

@@ -130,7 +130,7 @@ def spectrum(motion: Array, period: float, *, is_position: bool, tuning: Tuning 
     velocity = np.diff(motion) / period if is_position else motion - np.mean(motion)
     window = np.hanning(velocity.size)
     power = np.abs(np.fft.rfft(velocity * window)) ** 2
-    frequency = np.fft.rfftfreq(velocity.size, period)
+    frequency: Array = np.fft.rfftfreq(velocity.size, period).astype(np.float64)
     gain = (2.0 * np.sin(np.pi * frequency * period) / period) ** 2 if is_position else np.ones_like(frequency)
     upper = frequency > 0.3 / period
     weight = float(np.sum(window**2))
@@ -138,20 +138,20 @@ def spectrum(motion: Array, period: float, *, is_position: bool, tuning: Tuning 
     noise = max(noise, _rounding(motion) * weight)
     width = max(1, min(15, power.size // 20))
     smooth = np.convolve(power, np.ones(width) / width, "same")
-    seen = np.where(smooth > 4.0 * noise * gain, np.maximum(power - noise * gain, 0.0), 0.0)
+    seen: Array = np.where(smooth > 4.0 * noise * gain, np.maximum(power - noise * gain, 0.0), 0.0)
     if not seen.any():
         seen = power
     seen[frequency >= _gap(frequency, seen)] = 0.0
     cumulated = np.cumsum(seen)
-    motion, slow = (
+    end, slow = (
         float(frequency[min(int(np.searchsorted(cumulated, share * cumulated[-1])), frequency.size - 1)])
         for share in (tuning.motion_power, 0.5)
     )
-    motion, slow = max(motion, float(frequency[1])), max(slow, float(frequency[1]))
-    accelerated = float(np.sum((seen * frequency**2)[frequency <= tuning.times_motion * motion]))
+    end, slow = max(end, float(frequency[1])), max(slow, float(frequency[1]))
+    accelerated = float(np.sum((seen * frequency**2)[frequency <= tuning.times_motion * end]))
     loud = np.cumsum(noise * gain * frequency**2) > tuning.noise_share * accelerated
     quiet = float(frequency[int(np.argmax(loud))]) if loud.any() else math.inf
-    return Spectrum(motion, quiet, Noise(2.0 * period * noise / weight, is_position), slow)
+    return Spectrum(end, quiet, Noise(2.0 * period * noise / weight, is_position), slow)
 
 
 def choose_band(found: Spectrum, period: float, tuning: Tuning = TUNING) -> float:
@@ -305,7 +305,7 @@ def make_rows(segment: Segment, band: float, noise: Noise, fast: float, tuning: 
     edge = min(math.ceil(tuning.edge_cycles / (band * step)), max(1, position.size // 4))
     apart = max(1, int(1.0 / (tuning.rows_in_cycle * band * step)))
     kept = np.arange(edge, position.size - edge, apart)
-    time = segment.start + step * np.arange(position.size)
+    time: Array = (segment.start + step * np.arange(position.size)).astype(np.float64)
     direction = np.clip(velocity / max(0.3 * slow, 1e-300), -1.0, 1.0)
     slides = stands[kept] < tuning.standstill_share
     return Rows(step, time, position, velocity, direction, torque, known, narrow, kept, slides, scatter)

@@ -30,7 +30,7 @@ class Blocks(NamedTuple):
         Products of the columns, and the same freed of the noise of the measured motion in them.
     moment : ndarray, shape (blocks, n)
         Products of columns and torque.
-    power, count : ndarray, shape (blocks,)
+    power, rows : ndarray, shape (blocks,)
         Square of the torque, and number of rows.
     """
 
@@ -39,7 +39,7 @@ class Blocks(NamedTuple):
     clean: Array
     moment: Array
     power: Array
-    count: Array
+    rows: Array
 
     def of(self, names: tuple[str, ...]) -> "Blocks":
         """Return the sums of some of the columns."""
@@ -97,7 +97,7 @@ def left_out_errors(blocks: Blocks) -> Array:
     gram, moment = blocks.clean.sum(axis=0), blocks.moment.sum(axis=0)
     errors = []
     for clean, whole, right, power, count in zip(
-        blocks.clean, blocks.gram, blocks.moment, blocks.power, blocks.count, strict=True
+        blocks.clean, blocks.gram, blocks.moment, blocks.power, blocks.rows, strict=True
     ):
         values = solve(gram - clean, moment - right, blocks.names)
         errors.append(max(0.0, power - 2.0 * values @ right + values @ whole @ values) / count)

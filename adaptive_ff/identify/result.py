@@ -213,7 +213,7 @@ class LogIdentification:
         count = np.bincount(at, minlength=bins)
         kept = count >= 5
         mean = [np.bincount(at, one, bins)[kept] / count[kept] for one in (rows.velocity, seen)]
-        return {"velocity": mean[0], "torque": mean[1], "count": count[kept]}
+        return {"velocity": mean[0], "torque": mean[1], "count": count[kept].astype(float)}
 
     def torque_model(self, torque_constant: float | None = None) -> "TorqueModel":
         """Return the best model as the torque model of a controller; ``torque_constant`` (N m/A) of a current."""

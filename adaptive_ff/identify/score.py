@@ -265,4 +265,4 @@ def _simulated(found: LogIdentification, log: Log, delay: float | None, *, linea
     moved = math.sqrt(float(np.mean((pieces - pieces[:, :1]) ** 2)))
     with np.errstate(over="ignore"):
         errors = [math.sqrt(float(np.mean((one - segment.position) ** 2))) for one in (whole, windows)]
-    return _Simulated(segment.start + time, segment.position, whole, errors[0], errors[1], moved)
+    return _Simulated((segment.start + time).astype(np.float64), segment.position, whole, errors[0], errors[1], moved)

@@ -236,7 +236,7 @@ def _identifiable(data: Data, terms: tuple[str, ...]) -> tuple[Model, dict[str, 
     judged = terms + (GRAVITY if data.rotary else ())
     blocks = data.fit(Model(judged))
     tolerance = blocks.of(terms).tolerance()
-    noise = data.prepared.noise["inertia"] * blocks.count.sum()
+    noise = data.prepared.noise["inertia"] * blocks.rows.sum()
     power = float(blocks.gram.sum(axis=0)[0, 0])
     tolerance["inertia"] = min(tolerance["inertia"], max(0.0, 1.0 - noise / max(power, 1e-300)) ** 4)
     names = list(terms)
