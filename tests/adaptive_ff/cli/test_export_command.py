@@ -38,7 +38,7 @@ def test_it_starts_in_a_saved_state(tmp_path):
     (tmp_path / "state.json").write_text(controller.state_to_json())
     assert run_command_line("export", "--state", tmp_path / "state.json", "--out", tmp_path / "out").status == 0
     text = (tmp_path / "out" / "adaptive.c").read_text()
-    assert repr(controller.estimates["coulomb"]) in text[text.index("START_STATE") :]
+    assert repr(controller.estimates["inertia"]) in text[text.index("START_STATE") :]
 
 
 def test_refusals_name_what_is_wrong_and_write_nothing(tmp_path):
