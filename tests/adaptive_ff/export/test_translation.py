@@ -68,7 +68,8 @@ def test_every_registered_kernel_has_a_translation(kind, delayed):
 
 
 def test_every_controller_of_the_comparison_is_of_a_registered_class():
-    assert {type(made_once(name, False).parameters) for name in NAMES} == set(KINDS) == set(STEPS) - {Foreign}
+    ours = {kind for kind in set(STEPS) - {Foreign} if kind.__module__.startswith(("adaptive_ff.", "controllers."))}
+    assert {type(made_once(name, False).parameters) for name in NAMES} == ours  # tests register some of their own
 
 
 @pytest.mark.parametrize("name", adaptive_variants())
