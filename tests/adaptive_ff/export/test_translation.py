@@ -42,7 +42,8 @@ def translated(text, tmp_path, monkeypatch, *arguments, name="kernel", with_stru
         sys.modules.pop(module)
 
 
-KINDS = sorted(set(STEPS) - {Foreign}, key=lambda kind: kind.__name__)  # a user's own has no kernel
+OURS = {kind for kind in set(STEPS) - {Foreign} if kind.__module__.startswith(("adaptive_ff.", "controllers."))}
+KINDS = sorted(OURS, key=lambda kind: kind.__name__)  # a user's own has no kernel, and tests register some
 
 
 @functools.cache
@@ -56,9 +57,7 @@ def example_of(kind, delayed):
 
 
 @pytest.mark.parametrize("delayed", [False, True], ids=["prompt", "delayed"])
-@pytest.mark.parametrize(
-    "kind", sorted(set(STEPS) - {Foreign}, key=lambda kind: kind.__name__)
-)  # users' have no kernel
+@pytest.mark.parametrize("kind", KINDS)  # users' have no kernel
 def test_every_registered_kernel_has_a_translation(kind, delayed):
     export = Export(example_of(kind, delayed), "made")
     text = source(export)
@@ -68,8 +67,7 @@ def test_every_registered_kernel_has_a_translation(kind, delayed):
 
 
 def test_every_controller_of_the_comparison_is_of_a_registered_class():
-    ours = {kind for kind in set(STEPS) - {Foreign} if kind.__module__.startswith(("adaptive_ff.", "controllers."))}
-    assert {type(made_once(name, False).parameters) for name in NAMES} == ours  # tests register some of their own
+    assert {type(made_once(name, False).parameters) for name in NAMES} == OURS
 
 
 @pytest.mark.parametrize("name", adaptive_variants())
