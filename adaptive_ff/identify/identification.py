@@ -15,8 +15,8 @@ from adaptive_ff.identify.result import ASYMMETRY, Fit, LogIdentification, Recor
 from adaptive_ff.identify.selection import COLLINEAR, Data, Selection, select
 from adaptive_ff.identify.units import LINEAR, ROTARY, of_current
 from adaptive_ff.learning.confidence import check_confidence
+from adaptive_ff.logs.column_units import in_degrees
 from adaptive_ff.logs.log import KNOWN, Log, check_log
-from adaptive_ff.logs.sanity import in_degrees
 from controllers.checks import check_numbers, checked_switch
 
 AUTO = "auto"

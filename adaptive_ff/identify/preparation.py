@@ -19,10 +19,9 @@ from adaptive_ff.identify.motion import (
     make_rows,
     spectrum,
 )
+from adaptive_ff.logs.cleaning import clean, lacking_column
 from adaptive_ff.logs.defects import Piece, Skipped, check_varies, median_step, usable_pieces
 from adaptive_ff.logs.log import KNOWN, Log
-from adaptive_ff.logs.missing_values import lacking_column
-from adaptive_ff.logs.sanity import look_through
 from controllers.arrays import NDArray
 from controllers.checks import check_numbers
 
@@ -118,17 +117,17 @@ def prepare(
         The log is too short, does not move, has no torque, or the band is not allowed.
     """
     _check(log)
-    sound = look_through(log, linear=linear)
-    clean, period = sound.log, median_step(sound.log)
-    pieces, skipped = usable_pieces(clean, 32, sound.jumps)
-    _check_content(log, clean, pieces, skipped, linear=linear)
-    segments = [_segment(clean, piece, period, torque_delay or 0.0) for piece in pieces]
+    sound = clean(log, linear=linear)
+    whole, period = sound.log, median_step(sound.log)
+    pieces, skipped = usable_pieces(whole, 32, sound.jumps)
+    _check_content(log, whole, pieces, skipped, linear=linear)
+    segments = [_segment(whole, piece, period, torque_delay or 0.0) for piece in pieces]
     longest = max(segments, key=lambda one: one.position.size)
-    is_position = clean.position is not None
+    is_position = whole.position is not None
     seen = longest.position if is_position else derivative(longest.position, longest.period)
     found = spectrum(seen, longest.period, is_position=is_position)
     band = choose_band(found, period) if bandwidth is None else _checked_band(bandwidth, period)
-    made = _filtered(clean, segments, band, found, delay_known=torque_delay is not None)
+    made = _filtered(whole, segments, band, found, delay_known=torque_delay is not None)
     return made._replace(used=sum(piece.size for piece in pieces), skipped=skipped, said=sound.said)
 
 

@@ -3,28 +3,25 @@
 import re
 from typing import NamedTuple
 
+from adaptive_ff.logs.log import Log
+
 PLACE = re.compile(r"(\[\d+\])?$")
 """Which series of an array is picked, at the end of the name of a column."""
 
 BEFORE, AFTER = r"(?:^|[\s_.,:/\[({])", r"[\])}]?$"
 """What is around a unit at the end of a name: it is in brackets, or apart from the rest."""
 
-MILLIDEGREES = re.compile(r"mdeg[\])}]?$")
-"""Ending of the name of a column in millidegrees."""
+MILLIDEGREES, DEGREES = re.compile(r"mdeg[\])}]?$"), re.compile(r"(deg(rees?)?|°)[\])}]?$")
+"""Endings of names of columns in (milli)degrees, which need not be apart from the rest."""
 
-DEGREES = re.compile(r"(deg(rees?)?|°)[\])}]?$")
-"""Ending of the name of a column in degrees, which need not be apart from the rest."""
+FASTEST_JOINT = 100.0
+"""Speed, rad/s, from which degrees are suspected."""
 
 
 class Unit(NamedTuple):
-    """A unit that a column is in instead of the one that is taken.
+    """A unit that a column is in instead of the one that is taken, in words, and the factor between them.
 
-    Attributes
-    ----------
-    name, taken : str
-        The unit, and the one in which the column is taken, in words.
-    factor : str
-        Factor from one to the other, as ``--scale`` takes it; in capitals what only the user knows.
+    The factor is written as ``--scale`` takes it, in capitals what only the user knows.
     """
 
     name: str
@@ -90,14 +87,7 @@ AMPERES = re.compile(r"[\[(]a([ _.]?(rms|eff))?[\])]$")
 def foreign_unit(column: str, role: str, *, linear: bool) -> Unit | None:
     """Return the unit that the name of a column says, where it is not the one that the column is taken in.
 
-    Parameters
-    ----------
-    column : str
-        Name of the column, such as ``q_deg[3]``.
-    role : str
-        What it is: ``time``, ``position``, ``velocity`` or a torque.
-    linear : bool
-        Whether the joint is a linear axis, in m and N.
+    The role is ``time``, ``position``, ``velocity`` or that of a torque.
     """
     name = _plain(column)
     motions = {"position": (ANGLES, "radians"), "velocity": (TURNING, "rad/s")}
@@ -107,11 +97,7 @@ def foreign_unit(column: str, role: str, *, linear: bool) -> Unit | None:
     if role in motions and not linear and MILLIDEGREES.search(name):
         return Unit("millidegrees", "radians", "pi/180/1000")
     if role in motions and not linear and DEGREES.search(name):
-        return (
-            Unit("degrees per second", "rad/s", "pi/180")
-            if role == "velocity"
-            else Unit("degrees", "radians", "pi/180")
-        )
+        return Unit("degrees per second" if role == "velocity" else "degrees", taken, "pi/180")
     if role not in ("time", *motions):
         table, taken = {**table, **CURRENTS}, "N" if linear else taken
     for unit, (spellings, factor) in table.items():
@@ -121,13 +107,7 @@ def foreign_unit(column: str, role: str, *, linear: bool) -> Unit | None:
 
 
 def unit_of_other_axis(column: str, role: str, *, linear: bool) -> str | None:
-    """Return the unit that the name of a column says where only the other kind of axis, linear or rotary, has it.
-
-    Parameters
-    ----------
-    column, role, linear
-        As :func:`foreign_unit` takes them.
-    """
+    """Return the unit that the name of a column says where only the other kind of axis, linear or rotary, has it."""
     unit = foreign_unit(column, role, linear=not linear)
     if unit is not None:
         return None if unit.name in OF_BOTH else unit.name
@@ -140,6 +120,27 @@ def says_amperes(column: str) -> bool:
     """Tell whether the name of a column ends with ampere, or milliampere."""
     name = _plain(column)
     return AMPERES.search(name) is not None or _ends_with(name, CURRENTS[MILLIAMPERES][0])
+
+
+def in_degrees(log: Log, speed: float, *, linear: bool) -> list[str]:
+    """Ask whether the motion of a log is in degrees, or in revolutions per minute, if its largest speed (rad/s) is.
+
+    Where the name of its column says another unit, that is asked instead.
+    """
+    if linear or speed <= FASTEST_JOINT:
+        return []
+    role = "velocity" if log.position is None else "position"
+    column, said, other = log.columns.get(role, ""), None, None
+    if column not in log.factors:
+        said = foreign_unit(column, role, linear=False)
+        other = unit_of_other_axis(column, role, linear=False)
+    unit, factors = "degrees", ["pi/180"]
+    if said is not None:
+        unit, factors = said.name, [said.factor]
+    elif log.position is None:
+        unit, factors = "degrees, or in revolutions per minute", ["pi/180", "pi/30"]
+    advice = f"the axis is linear, and {other} are none of a rotary one" if other else log.scaling("motion", *factors)
+    return [f"the joint reaches {speed:.3g} rad/s: is the motion in {other or unit}? Then {advice}"]
 
 
 def _plain(column: str) -> str:

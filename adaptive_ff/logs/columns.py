@@ -19,23 +19,9 @@ USUAL = {
 
 
 def usual_column(path: Path, names: Sequence[str], roles: Sequence[str], ending: str = "") -> tuple[str, str]:
-    """Find a column by its usual name.
+    """Return role and column of the first role (keys of ``USUAL``) that has a column of a usual name.
 
-    Parameters
-    ----------
-    path : Path
-        The log, for messages.
-    names : sequence of str
-        Columns of the log.
-    roles : sequence of str
-        What is looked for, in this order: keys of ``USUAL``.
-    ending : str, optional
-        Ending of the options that name columns, for messages.
-
-    Returns
-    -------
-    role, column : str
-        What was found first.
+    ``ending`` is that of the options that name columns, for messages.
 
     Raises
     ------
@@ -68,12 +54,7 @@ def with_units(path: Path, columns: Mapping[str, str]) -> dict[str, str]:
 
 
 def read_scales(texts: Sequence[str]) -> dict[str, float]:
-    """Read factors such as ``q=pi/180`` or ``u=-48``.
-
-    Parameters
-    ----------
-    texts : sequence of str
-        ``NAME=FACTOR``, where a factor is made of numbers and ``pi`` by ``*`` and ``/``.
+    """Return factors by column, of texts such as ``q=pi/180`` or ``u=-48``: numbers and pi joined by ``*`` and ``/``.
 
     Raises
     ------
@@ -92,8 +73,8 @@ def read_scales(texts: Sequence[str]) -> dict[str, float]:
 
 
 def _factor(text: str, factor: str) -> float:
-    value = 1.0
-    for operator, operand in zip(*_terms(factor), strict=True):
+    value, parts = 1.0, re.split(r"([*/])", factor)
+    for operator, operand in zip(["*", *parts[1::2]], parts[::2], strict=True):
         bare = operand.strip()
         try:
             number = {"pi": math.pi, "-pi": -math.pi}.get(bare) or float(bare)
@@ -105,9 +86,3 @@ def _factor(text: str, factor: str) -> float:
             f"--scale {text} is not allowed: the factor must be numbers and pi joined by * and /, finite and not zero"
         )
     return value
-
-
-def _terms(factor: str) -> tuple[list[str], list[str]]:
-    """Return operators and operands of a product; the first operator is a multiplication."""
-    parts = re.split(r"([*/])", factor)
-    return ["*", *parts[1::2]], parts[::2]

@@ -1,6 +1,5 @@
-"""Defects of a log, and the pieces between them that can be used."""
+"""The clock of a log, its gaps, and the pieces between defects that can be used."""
 
-import math
 from collections.abc import Sequence
 from itertools import pairwise
 from typing import NamedTuple
@@ -11,15 +10,12 @@ from numpy.typing import NDArray
 from adaptive_ff.errors import InputError, counted
 from adaptive_ff.logs.log import Array, Log
 
-GAP = 5.5
-"""A step of the clock longer than this many median steps is a gap: nothing is known of what was between."""
-
+GAP, UNEVEN = 5.5, (0.9, 4.0)
+"""A step of the clock longer than this many median steps is a gap; where steps are uneven, one longer than so many
+times that which so large a share is not longer than."""
 
 BACK_SHARE = 0.1
 """Share of the steps of a clock that go back from which on the samples are not in order."""
-
-MANY = 1_000_000
-"""Samples of a long log that are looked at together."""
 
 
 class Piece(NamedTuple):
@@ -43,7 +39,7 @@ class Skipped(NamedTuple):
 
 
 def median_step(log: Log) -> float:
-    """Return the median step of the clock, s, of those that go forward; of a long log, of a million of them.
+    """Return the median step of the clock, s, of those that go forward.
 
     Raises
     ------
@@ -52,14 +48,27 @@ def median_step(log: Log) -> float:
     """
     if log.time.size < 2:
         raise InputError(f"{log.name}: {counted(log.time.size, 'sample')} cannot be used; there must be 2 at least")
-    every = max(1, math.ceil(log.time.size / MANY))
     with np.errstate(invalid="ignore", over="ignore"):
-        steps = log.time[1::every] - log.time[:-1:every]
-        forward = steps[(steps > 0.0) & (steps < np.inf)]
-        back = int(np.count_nonzero(steps < 0.0))
+        back = int(np.count_nonzero(np.diff(log.time) < 0.0))
+    forward = _forward(log.time)
     if forward.size == 0 or back > BACK_SHARE * (back + forward.size):
         raise InputError(f"{log.name}: {_first_step_back(log)}; times must increase from sample to sample")
     return float(np.median(forward))
+
+
+def longest_step(time: Array) -> float:
+    """Return the step of a clock beyond which it leaves a gap, s."""
+    forward = _forward(time)
+    if not forward.size:
+        return 0.0
+    share, times = UNEVEN
+    return max(GAP * float(np.median(forward)), times * float(np.quantile(forward, share)))
+
+
+def _forward(time: Array) -> Array:
+    with np.errstate(invalid="ignore", over="ignore"):
+        steps = np.diff(time)
+        return np.asarray(steps[(steps > 0.0) & (steps < np.inf)])
 
 
 def _first_step_back(log: Log) -> str:
@@ -76,39 +85,24 @@ def _first_step_back(log: Log) -> str:
 
 
 def usable_pieces(log: Log, shortest: int = 2, jumps: Sequence[Skipped] = ()) -> tuple[list[Piece], list[Skipped]]:
-    """Cut a log where values are not finite, or the clock stands, jumps back or leaves a gap.
+    """Cut a log where values are not finite, or the clock stands, jumps back or leaves a gap, and at given places.
 
-    Parameters
-    ----------
-    log : Log
-        The log.
-    shortest : int, optional
-        Number of samples below which a piece is skipped.
-    jumps : sequence of Skipped, optional
-        Further places to cut at, before the sample where each starts.
-
-    Returns
-    -------
-    pieces : list of Piece
-        What can be used.
-    skipped : list of Skipped
-        What cannot, in order; a jump of the clock skips no sample, it only cuts, and its entry is empty.
+    Returns the pieces of at least so many samples, and what is skipped, in order; a jump of the clock skips no sample,
+    it only cuts, and its entry is empty.
 
     Raises
     ------
     InputError
         As :func:`median_step`.
     """
-    step = median_step(log)
+    median_step(log)
     finite = np.ones(log.time.size, dtype=np.bool_)
     for series in (log.time, log.torque, log.position, log.velocity, *log.extra.values()):
         if series is not None:
             finite &= np.isfinite(series)
-    broken = np.empty(max(0, log.time.size - 1), dtype=np.bool_)
     with np.errstate(invalid="ignore", over="ignore"):
-        for start in range(0, broken.size, MANY):  # no second copy of a long clock
-            steps = np.diff(log.time[start : start + MANY + 1])
-            broken[start : start + MANY] = ~((steps > 0.0) & (steps <= GAP * step))
+        steps = np.diff(log.time)
+        broken = ~((steps > 0.0) & (steps <= longest_step(log.time)))
     skipped = [Skipped(*run, "values that are no finite numbers") for run in runs(~finite)]
     for place in np.flatnonzero(broken & finite[1:] & finite[:-1]) + 1:
         before, after = log.time[place - 1], log.time[place]
@@ -139,16 +133,19 @@ def runs(mask: NDArray[np.bool_]) -> list[tuple[int, int]]:
     return [(int(start), int(stop)) for start, stop in edges.reshape(-1, 2)]
 
 
-def bridged(time: Array, mask: NDArray[np.bool_], step: float) -> list[tuple[int, int]]:
+def bridged(time: Array, mask: NDArray[np.bool_]) -> list[tuple[int, int]]:
     """Return start and stop of the runs of true values that may be left out without a gap of the clock.
 
-    The clock has some median step, s. A run at an end of the log leaves no gap, whatever its length.
+    A run at an end of the log leaves no gap, whatever its length.
     """
+    if not mask.any():
+        return []
+    most = longest_step(time)
     with np.errstate(invalid="ignore", over="ignore"):
         return [
             (start, stop)
             for start, stop in runs(mask)
-            if start == 0 or stop == time.size or 0.0 < time[stop] - time[start - 1] <= GAP * step
+            if start == 0 or stop == time.size or 0.0 < time[stop] - time[start - 1] <= most
         ]
 
 

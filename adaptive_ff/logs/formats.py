@@ -5,7 +5,7 @@ wanted: only these are read into memory.
 """
 
 import importlib
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 from zipfile import is_zipfile
@@ -15,21 +15,12 @@ from numpy.typing import NDArray
 from scipy import io
 
 from adaptive_ff.errors import InputError
-from adaptive_ff.logs.bag_files import read_bag
-from adaptive_ff.logs.mcap_files import read_mcap
+from adaptive_ff.logs.messages import read_bag, read_mcap
 from adaptive_ff.logs.text_tables import NO_TEXT, read_table
 
 
 class Content(NamedTuple):
-    """What a file holds.
-
-    Attributes
-    ----------
-    shapes : dict of tuple of int
-        Shape of every array by name; that of a column of a CSV file is not counted and empty.
-    arrays : dict of ndarray
-        The wanted ones among them.
-    """
+    """What a file holds: the shape of every array by name (of a column of text, empty), and the wanted arrays."""
 
     shapes: dict[str, tuple[int, ...]]
     arrays: dict[str, NDArray[Any]]
@@ -42,14 +33,7 @@ class Content(NamedTuple):
 
 
 def read_content(path: Path, wanted: Collection[str]) -> Content:
-    """Read named arrays from a file; its ending tells the format.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-    wanted : collection of str
-        Names of the arrays to be read; those that there are not are left out.
+    """Read named arrays from a file, those that there are; its ending tells the format.
 
     Raises
     ------
@@ -114,7 +98,7 @@ def _series_of(name: str, shape: tuple[int, ...], kind: np.dtype[Any]) -> dict[s
 
 
 def _content(series: Mapping[str, _Series], wanted: Collection[str], arrays: Mapping[str, Any]) -> Content:
-    """Return the shapes of all series and read the wanted ones, with each array read once."""
+    """Return the shapes of all series, and the wanted ones, with each array read once."""
     found = {name: series[name] for name in wanted if name in series}
     read = {array: arrays[array][()] for array in dict.fromkeys(one.array for one in found.values())}
     return Content(
@@ -133,33 +117,26 @@ def _npz_header(archive: Any, name: str) -> Any:
 
 
 def _read_mat(path: Path, wanted: Collection[str]) -> Content:
-    """Read a MAT file; members of a struct are named STRUCT.MEMBER.
+    """Read a MAT file; members of a struct are named STRUCT.MEMBER, of an array of structs STRUCT.0.MEMBER.
 
-    A structure with time, as Simulink logs it, has ``out.time`` and ``out.signals.values``, or ``out.signals.0.values``
-    where it holds several signals. Version 7.3 is HDF5 with axes reversed.
+    So Simulink's structure with time has ``out.time`` and ``out.signals.values``. Version 7.3 is HDF5, axes reversed.
     """
     try:
-        content = io.loadmat(path, simplify_cells=True)
+        arrays = dict(_flatten(io.loadmat(path, simplify_cells=True)))
     except NotImplementedError:
         return _read_hdf5(path, wanted, transposed=True)
-    arrays = dict(_flatten(content))
-    return Content(
-        {name: array.shape for name, array in arrays.items()},
-        {name: arrays[name] for name in wanted if name in arrays},
-    )
+    shapes = {name: array.shape for name, array in arrays.items()}
+    return Content(shapes, {name: arrays[name] for name in wanted if name in arrays})
 
 
-def _flatten(content: Mapping[str, Any], prefix: str = "") -> list[tuple[str, NDArray[Any]]]:
-    found: list[tuple[str, NDArray[Any]]] = []
+def _flatten(content: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, NDArray[Any]]]:
     for name, value in content.items():
         if isinstance(value, Mapping):
-            found += _flatten(value, f"{prefix}{name}.")
+            yield from _flatten(value, f"{prefix}{name}.")
         elif _are_structs(value):
-            for place, member in enumerate(value):  # Simulink: one struct a signal
-                found += _flatten(member, f"{prefix}{name}.{place}.")
+            yield from _flatten({str(place): member for place, member in enumerate(value)}, f"{prefix}{name}.")
         elif not name.startswith("__") and np.asarray(value).dtype.kind in "iufb":
-            found.append((prefix + name, np.asarray(value)))
-    return found
+            yield prefix + name, np.asarray(value)
 
 
 def _are_structs(value: Any) -> bool:

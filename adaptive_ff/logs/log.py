@@ -41,19 +41,14 @@ class Log:
     ----------
     name : str
         Where it comes from, for messages.
-    time : ndarray, shape (n,)
-        Times of the samples, s.
-    torque : ndarray, shape (n,)
-        Torque of the drive, N m, or force, N.
+    time, torque : ndarray, shape (n,)
+        Times of the samples, s, and torque (force) of the drive, N m (N).
     position, velocity : ndarray, shape (n,), or None
-        Position (rad, or m) or velocity (rad/s, or m/s); one of them is there.
+        Position, rad (m), or velocity, rad/s (m/s); one of them is there.
     extra : dict of ndarray, shape (n,)
-        Further series by the name the caller gave them, such as a recorded feedforward; under ``KNOWN`` the torque
-        that was taken from the drive's.
-    columns : dict of str
-        Column of the file that each series comes from, by its role (``time``, ``torque``, ...), for messages.
-    factors : dict of float
-        Factor by column that its values were multiplied by, for messages.
+        Further series by name, such as a recorded feedforward; under ``KNOWN`` what was taken from the torque.
+    columns, factors : dict
+        Column of the file by role (``time``, ``torque``, ...), and factor by column, for messages.
     """
 
     name: str
@@ -66,16 +61,7 @@ class Log:
     factors: dict[str, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        """Refuse series that are none, or of different lengths.
-
-        Raises
-        ------
-        ValueError
-            A series is no one-dimensional array of numbers, its length is not that of the times, or there is neither a
-            position nor a velocity.
-        TypeError
-            Further series are not given by name.
-        """
+        """Raise a ValueError for series that are none, or of different lengths."""
         check_kind("extra", self.extra, Mapping, "series by name")
         if self.position is None and self.velocity is None:
             raise ValueError(f"{self.name}: position and velocity are both missing; a log has one of them")
@@ -98,25 +84,14 @@ class Log:
 
     def is_same_record(self, other: "Log") -> bool:
         """Tell whether another log holds the same torque and motion, whatever it is called."""
-        return all(
-            np.array_equal(own, others, equal_nan=True)
-            for own, others in ((self.torque, other.torque), (self.motion, other.motion))
-        )
+        pairs = (self.torque, other.torque), (self.motion, other.motion)
+        return all(np.array_equal(own, others, equal_nan=True) for own, others in pairs)
 
     def part(self, chosen: slice | NDArray[np.bool_] | NDArray[np.int64]) -> "Log":
         """Return the log of some of the samples."""
-
-        def cut(series: Array | None) -> Array | None:
-            return None if series is None else series[chosen]
-
-        return replace(
-            self,
-            time=self.time[chosen],
-            torque=self.torque[chosen],
-            position=cut(self.position),
-            velocity=cut(self.velocity),
-            extra={name: series[chosen] for name, series in self.extra.items()},
-        )
+        roles = {"time": self.time, "torque": self.torque, "position": self.position, "velocity": self.velocity}
+        cut: dict[str, Any] = {role: series[chosen] for role, series in roles.items() if series is not None}
+        return replace(self, **cut, extra={name: series[chosen] for name, series in self.extra.items()})
 
     def scaling(self, role: str, *factors: str) -> str:
         """Say how to scale a series, or the motion, by one of some factors."""
@@ -176,10 +151,6 @@ def read_log(
     TypeError
         An argument is of another kind.
 
-    Examples
-    --------
-    >>> read_log("robot.npz", time="t", position="q_deg[3]", torque="tau[3]", scale={"q_deg[3]": 3.14159 / 180})
-    ... # doctest: +SKIP
     """
     file = checked_path("path", path)
     given = {"torque": torque, "position": position, "velocity": velocity, "time": time, "known_torque": known_torque}
@@ -200,32 +171,31 @@ def read_log(
     chosen = {"torque": torque, "time": time, "position": position, "velocity": velocity, KNOWN: known_torque}
     columns = {role: column for role, column in chosen.items() if column is not None}
     factors = dict(scale or {})
-    _check_apart(file, columns)
+    roles: dict[str, str] = {}
+    for role, column in columns.items():
+        if roles.setdefault(column, role) != role:
+            raise InputError(
+                f"{file}: the column {column} is given as {roles[column]} and as {role}; each must have its own"
+            )
     columns.update({f"extra {name}": column for name, column in (extra or {}).items()})
     _check_factors(file, factors, columns)
     bases = [match["name"] for column in columns.values() if (match := PICKED.fullmatch(column))]
     content = read_content(file, dict.fromkeys([*columns.values(), *bases]))
     series = {role: _series(file, content, column, factors.get(column, 1.0)) for role, column in columns.items()}
-    size = _common_size(file, series, columns)
+    size = series["torque"].size
+    for role, values in series.items():
+        if values.size != size:
+            raise InputError(
+                f"{file}: {columns[role]} has {counted(values.size, 'sample')}, {torque} has {size}; they must be alike"
+            )
     if period is not None:
         series["time"] = period * np.arange(size, dtype=np.float64)
-    if KNOWN in series:
-        series["torque"] = series["torque"] - series[KNOWN]
     named = {name: series[f"extra {name}"] for name in extra or {}}
     if KNOWN in series:
+        series["torque"] = series["torque"] - series[KNOWN]
         named[KNOWN] = series[KNOWN]
     motion = series.get("position"), series.get("velocity")
     return Log(str(file), series["time"], series["torque"], *motion, named, columns, factors)
-
-
-def _check_apart(file: Path, columns: Mapping[str, str]) -> None:
-    roles: dict[str, str] = {}
-    for role, column in columns.items():
-        if column in roles:
-            raise InputError(
-                f"{file}: the column {column} is given as {roles[column]} and as {role}; each must have its own"
-            )
-        roles[column] = role
 
 
 def check_log(name: str, log: Any) -> None:
@@ -241,17 +211,6 @@ def _check_factors(file: Path, factors: Mapping[str, float], columns: Mapping[st
         check_numbers(**{f"scale[{name!r}]": factor})
         if not (math.isfinite(factor) and factor != 0.0):
             raise InputError(f"{file}: scale: {name} = {factor:g} is not allowed: it must be finite and not zero")
-
-
-def _common_size(file: Path, series: Mapping[str, Array], columns: Mapping[str, str]) -> int:
-    size = series["torque"].size
-    for role, values in series.items():
-        if values.size != size:
-            raise InputError(
-                f"{file}: {columns[role]} has {counted(values.size, 'sample')}, {columns['torque']} has {size}; they "
-                "must be alike"
-            )
-    return int(size)
 
 
 def _series(file: Path, content: Content, column: str, factor: float) -> Array:

@@ -5,7 +5,13 @@ import pytest
 from synthetic_logs import make_log
 
 from adaptive_ff.identify.identification import identify_log
-from adaptive_ff.logs.clipping import clipped_torque
+from adaptive_ff.logs.cleaning import at_limit
+from adaptive_ff.logs.log import Log
+
+
+def clipped_torque(torque):
+    return at_limit(Log("log", np.arange(torque.size), torque, torque))[1]
+
 
 TORQUE = make_log(duration=20.0, noise=0.05).torque
 PHASE = np.linspace(0.0, 60.0, 10000)

@@ -7,7 +7,7 @@ import pytest
 from synthetic_logs import JOINT, make_log
 
 from adaptive_ff.identify.identification import identify_log
-from adaptive_ff.logs.clock import with_clear_clock
+from adaptive_ff.logs.cleaning import with_clear_clock
 from adaptive_ff.logs.log import Log
 from adaptive_ff.replay.replay import replay_log
 

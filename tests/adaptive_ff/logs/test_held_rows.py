@@ -8,7 +8,7 @@ from scipy.interpolate import CubicSpline
 from synthetic_logs import JOINT, make_log
 
 from adaptive_ff.identify.identification import identify_log
-from adaptive_ff.logs.held_rows import find_held, without_held_rows
+from adaptive_ff.logs.cleaning import rows_between, without_repeated_rows
 
 
 def held(values, every):
@@ -24,17 +24,18 @@ def rounded(values, step):
 @pytest.mark.parametrize("every", [2, 3, 10, 3.3])
 def test_rows_with_a_new_value_are_found(every):
     position = make_log().position
-    found = find_held(held(position, every))
-    assert found.every == pytest.approx(every, abs=0.01)
-    assert found.rows.size == pytest.approx(position.size / every, rel=2e-3)
-    assert np.max(np.diff(found.rows)) <= np.ceil(every)
+    log = make_log()
+    found, _ = without_repeated_rows(replace(log, position=held(position, every)))
+    assert rows_between(held(position, every)) == pytest.approx(every, abs=0.01)
+    assert found.time.size == pytest.approx(position.size / every, rel=2e-3)
+    assert np.max(np.diff(found.time)) <= np.ceil(every) * 0.002 + 1e-9
 
 
 @pytest.mark.parametrize("share", [1.0, 0.05])
 @pytest.mark.parametrize("counts", [256, 1024, 65536])
 def test_coarse_encoder_holds_nothing(counts, share):
     """Nor does it where the joint is so slow that no two rows differ."""
-    assert find_held(rounded(share * make_log().position, 2.0 * np.pi / counts)) is None
+    assert rows_between(rounded(share * make_log().position, 2.0 * np.pi / counts)) == 1.0
 
 
 @pytest.mark.parametrize("decimals", [3, 9])
@@ -42,7 +43,7 @@ def test_coarse_encoder_of_a_slow_joint_holds_nothing_though_its_file_is_rounded
     """A count of 1.5 mrad is written as 0.001 or 0.002 rad, and hardly two rows in a row differ."""
     time = 0.001 * np.arange(60_000)
     position = 0.3 * np.sin(2.0 * np.pi * 0.3 * time) + 0.09 * np.sin(2.0 * np.pi * 0.111 * time)
-    assert find_held(np.round(rounded(position, 2.0 * np.pi / 4096), decimals)) is None
+    assert rows_between(np.round(rounded(position, 2.0 * np.pi / 4096), decimals)) == 1.0
 
 
 def test_ripple_of_the_torque_does_not_fold_into_the_motion():
@@ -57,7 +58,7 @@ def test_ripple_of_the_torque_does_not_fold_into_the_motion():
 
 def test_torque_that_is_held_longer_than_the_motion_is_said_too():
     log = make_log(noise=0.1)
-    said = without_held_rows(replace(log, position=held(log.position, 2), torque=held(log.torque, 10)))[1]
+    said = without_repeated_rows(replace(log, position=held(log.position, 2), torque=held(log.torque, 10)))[1]
     assert said[0].startswith("the torque changes in one of 10 rows only")
     assert said[1].startswith("the position changes in one of 2 rows only")
 
@@ -66,7 +67,7 @@ def test_torque_that_is_held_longer_than_the_motion_is_said_too():
 def test_no_row_is_made_up_within_a_pause(place):
     log = make_log(noise=0.05, period=0.001)
     time = log.time + 5.0 * (np.arange(log.time.size) >= place)
-    read, _ = without_held_rows(replace(log, time=time, position=held(log.position, 2.5)))
+    read, _ = without_repeated_rows(replace(log, time=time, position=held(log.position, 2.5)))
     assert np.count_nonzero(np.diff(read.time) > 0.1) == 1
 
 
@@ -74,8 +75,8 @@ def test_rest_stays_in_the_log():
     log = make_log(duration=30.0)
     position = log.position[np.minimum(np.arange(log.time.size), 10_000)]
     position[12_000:] += log.position[12_000:] - log.position[12_000]
-    rows = find_held(held(position, 4)).rows
-    assert np.array_equal(np.unique(np.diff(rows)), [4])
+    found, _ = without_repeated_rows(replace(log, position=held(position, 4)))
+    assert np.diff(found.time) == pytest.approx(0.008)
 
 
 @pytest.mark.parametrize("every", [4, 2.7])
@@ -92,8 +93,8 @@ def test_joint_is_found_behind_a_slow_encoder(every):
 def test_held_torque_is_said_and_left():
     log = make_log(noise=0.1)
     slow = replace(log, torque=held(log.torque, 5))
-    same, said = without_held_rows(slow)
+    same, said = without_repeated_rows(slow)
     assert same is slow
     assert said[0].startswith("the torque changes in one of 5 rows only")
     assert said[0].endswith("give --torque-delay=-0.004")
-    assert without_held_rows(log) == (log, [])
+    assert without_repeated_rows(log) == (log, [])

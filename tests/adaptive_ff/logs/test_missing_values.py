@@ -6,9 +6,8 @@ from synthetic_logs import JOINT, make_log
 
 from adaptive_ff.errors import InputError
 from adaptive_ff.identify.identification import identify_log
+from adaptive_ff.logs.cleaning import clean, without_missing_values
 from adaptive_ff.logs.log import Log
-from adaptive_ff.logs.missing_values import without_missing_values
-from adaptive_ff.logs.sanity import look_through
 from adaptive_ff.replay.replay import replay_log
 
 
@@ -82,6 +81,6 @@ def test_replay_names_the_column_that_lacks_values():
 def test_rows_that_are_left_out_are_no_change_of_the_sample_rate():
     log = make_log()
     log.torque[5000:5400:2] = np.nan
-    said = look_through(log).said
+    said = clean(log).said
     assert len(said) == 1
     assert "no finite number" in said[0]

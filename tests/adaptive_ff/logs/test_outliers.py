@@ -6,7 +6,7 @@ from synthetic_logs import JOINT, make_log
 
 from adaptive_ff.identify.identification import identify_log
 from adaptive_ff.logs.log import Log
-from adaptive_ff.logs.outliers import without_outliers
+from adaptive_ff.logs.spikes import without_spikes
 from adaptive_ff.replay.replay import replay_log
 
 TIME = 0.002 * np.arange(10000)
@@ -47,7 +47,7 @@ def test_glitch_is_left_out_and_the_joint_is_identified_as_without_it(glitches, 
 
 def test_time_and_value_of_the_first_glitch_are_said():
     log = glitched(make_log(), torque=([4000, 6000], 500.0))
-    kept, said = without_outliers(log)
+    kept, said = without_spikes(log)
     assert kept.time.size == 14998
     assert said[0].endswith(f"first at 8 s, where it is {log.torque[4000]:.3g}")
 
@@ -87,7 +87,7 @@ def test_glitch_in_a_gap_that_cannot_be_bridged_is_kept():
     log = glitched(make_log(), position=([5000], 3.3))
     kept = np.ones(log.time.size, dtype=np.bool_)
     kept[4996:5000] = kept[5001:5004] = False
-    assert without_outliers(log.part(kept))[1] == []
+    assert without_spikes(log.part(kept))[1] == []
 
 
 def loop_with_jumping_reference(period):
@@ -134,6 +134,6 @@ def rest_and_moves(resolution):
     ids=lambda log: f"{log.time.size} rows",
 )
 def test_what_a_machine_does_is_not_touched(log):
-    kept, said = without_outliers(log)
+    kept, said = without_spikes(log)
     assert said == []
     assert kept is log

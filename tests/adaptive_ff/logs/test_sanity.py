@@ -8,9 +8,9 @@ from adaptive_ff import InputError
 from adaptive_ff.cli.columns import is_current
 from adaptive_ff.identify.identification import identify_log
 from adaptive_ff.identify.units import LINEAR, ROTARY, of_current
+from adaptive_ff.logs.cleaning import STEPS, clean, find_jumps
 from adaptive_ff.logs.defects import Skipped
 from adaptive_ff.logs.log import Log
-from adaptive_ff.logs.sanity import find_jumps, look_through, without_wraps
 from adaptive_ff.replay.replay import replay_log
 
 
@@ -32,12 +32,13 @@ def test_wraps_are_undone_and_said():
     log = make_log(noise=0.05)
     far = 20.0 * log.position
     wrapped = np.angle(np.exp(1j * far))
-    undone, count = without_wraps(wrapped)
+    count = int(np.count_nonzero(np.abs(np.diff(wrapped)) > 3.0))
     assert count > 4
+    sound = clean(with_position(log, wrapped))
+    undone = sound.log.position
     assert undone - undone[0] == pytest.approx(far - far[0], abs=1e-9)
-    sound = look_through(with_position(log, wrapped))
     assert sound.said == [f"the position wraps {count} times by a turn; that is undone"]
-    assert look_through(with_position(log, wrapped), linear=True).log.position is wrapped
+    assert clean(with_position(log, wrapped), linear=True).log.position is wrapped
 
 
 def test_log_is_cut_where_the_position_jumps():
@@ -52,10 +53,7 @@ def test_log_is_cut_where_the_position_jumps():
     for name, true in JOINT.items():
         assert found.value(name) == pytest.approx(true, rel=0.05)
     position[9000:] += 0.9
-    assert (
-        "the position jumps once within one sample; the log is cut there"
-        in look_through(with_position(log, position)).said
-    )
+    assert "the position jumps once within one sample; the log is cut there" in clean(with_position(log, position)).said
 
 
 @pytest.mark.parametrize("as_position", [True, False])
@@ -71,7 +69,7 @@ def test_pause_of_the_recording_is_called_one_and_the_log_is_cut_there(as_positi
     assert found.skipped == [Skipped(7000, 7000, "the clock leaves a gap, from 13.998 s to 14.498 s")]
     assert [note for note in replay_log(paused).notes if "pauses" in note] == [f"{said[0].upper()}{said[1:]}."]
     kept[3000:3400] = False
-    assert look_through(log.part(kept)).said == [
+    assert clean(log.part(kept)).said == [
         "the recording pauses 2 times, the longest for 0.802 s after 5.998 s; the log is cut there"
     ]
 
@@ -81,7 +79,7 @@ def test_jump_beside_a_pause_is_still_a_jump():
     kept = np.ones(log.time.size, dtype=np.bool_)
     kept[7000:7249] = False
     position = np.where(np.arange(log.time.size) < 9000, log.position, log.position + 0.9)
-    sound = look_through(with_position(log, position).part(kept))
+    sound = clean(with_position(log, position).part(kept))
     assert [jump.start for jump in sound.jumps] == [9000 - 249]
     assert [sentence.split(" for ")[0] for sentence in sound.said] == [
         "the recording pauses once",
@@ -92,14 +90,23 @@ def test_jump_beside_a_pause_is_still_a_jump():
 def test_repeated_rows_are_left_out():
     log = make_log(noise=0.05)
     twice = Log("log", np.repeat(log.time, 2), np.repeat(log.torque, 2), position=np.repeat(log.position, 2))
-    sound = look_through(twice)
+    sound = clean(twice)
     assert np.array_equal(sound.log.time, log.time)
     assert sound.said == ["15000 rows left out: the same as the one before, time included"]
 
 
+def test_each_step_is_one_row_of_the_table():
+    log = make_log(noise=0.05)
+    log.torque[[100, 300]] = np.nan
+    log.position[5000] += 3.3
+    found = clean(log.part(np.insert(np.arange(log.time.size), 700, 700)))
+    assert [row[:2] for row in found.rows] == [("duplicate stamps", 1), ("missing values", 2), ("spikes", 1)]
+    assert {row.step for row in found.rows} <= set(STEPS)
+
+
 def test_sound_log_is_left_as_it_is():
     log = make_log(noise=0.05)
-    sound = look_through(log)
+    sound = clean(log)
     assert sound.said == sound.jumps == []
     assert sound.log.position is log.position
 

@@ -1,0 +1,129 @@
+"""Rows in which a series is far off for one to three rows and back at once: glitches of a sensor or a bus.
+
+What is looked for leaves its neighbours in one step, stays away and is back in one step, where the slope around it
+says. Far is measured against the usual step of the series and the steps beside; so noise, encoders of few counts,
+pulses that come all the time and vibration are not far. A torque or a velocity may really come and go within three
+rows; of these only what is far outside the range of all others counts, and of torques only what the joint did not
+feel: an impulse changes its velocity.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from adaptive_ff.errors import counted
+from adaptive_ff.logs.defects import bridged
+from adaptive_ff.logs.log import Array, Log
+
+WIDEST, NEAREST, BESIDE = 3, 3, 6
+"""Rows that a spike takes at most, that there must be on either side, and whose steps are compared there."""
+
+FAR, USUAL = 4.0, 0.95
+"""Distance from the neighbours, over the usual step and those beside, that is far; share of steps that are usual."""
+
+BACK = 0.2
+"""Distance from where the slope leads to, over that of the spike, up to which a series is back."""
+
+OUTSIDE, RAREST = 1.5, 0.002
+"""Distance of a torque or a velocity over the range of all values but this share at either end."""
+
+AROUND, FELT = 5, 3.0
+"""Rows over which the velocity is a mean; change that the usual torque does not explain over that of other places."""
+
+
+def without_spikes(log: Log) -> tuple[Log, list[str]]:
+    """Leave out the rows in which a series is far off; none where the clock would leave a gap."""
+    said: list[str] = []
+    for role in ("position", "velocity", "torque"):
+        series: Array | None = getattr(log, role)
+        if series is None:
+            continue
+        kept = bridged(log.time, find_spikes(log, role))
+        if kept:
+            left = np.zeros(log.time.size, dtype=np.bool_)
+            for start, stop in kept:
+                left[start:stop] = True
+            first = kept[0][0]
+            said.append(
+                f"{counted(int(left.sum()), 'row')} left out: the {role} is far off there, and back within {WIDEST} "
+                f"rows, first at {log.time[first]:.6g} s, where it is {series[first]:.3g}"
+            )
+            log = log.part(~left)
+    return log, said
+
+
+def find_spikes(log: Log, role: str) -> NDArray[np.bool_]:
+    """Return the rows in which the position, velocity or torque of a log is far off for one to three rows."""
+    values: Array = getattr(log, role)
+    off = np.zeros(values.size, dtype=np.bool_)
+    with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
+        steps = np.diff(values)
+        moved = np.abs(steps)
+        moved = moved[(moved > 0.0) & (moved < np.inf)]
+        if not moved.size:
+            return off
+        limit = FAR * float(np.quantile(moved, USUAL))  # of steps that are not zero: a joint may rest for most of a log
+        low, high = np.quantile(values[np.isfinite(values)], (RAREST, 1.0 - RAREST))
+        if role != "position":
+            limit = max(limit, OUTSIDE * (high - low))
+        begin = np.flatnonzero(np.abs(steps) > limit) + 1
+        for width in range(1, WIDEST + 1):
+            first = begin[(begin >= NEAREST) & (begin + width <= values.size - NEAREST)]
+            first = first[_are_off(values, steps, first, width, limit)]
+            if role != "position":
+                inside = values[first[:, np.newaxis] + np.arange(width)]
+                first = first[np.all((inside < low) | (inside > high), axis=1)]
+            if role == "torque":
+                first = first[~_were_felt(log, np.clip(values, low, high), first, width)]
+            for start in first:
+                if not (off[start - 1] or off[start + width]):  # else what is between two spikes
+                    off[start : start + width] = True
+    return off
+
+
+def _are_off(values: Array, steps: Array, first: NDArray[np.int64], width: int, limit: float) -> NDArray[np.bool_]:
+    """Tell at which of some first rows begin so many that are off, and end."""
+    before, after = first - 1, first + width
+    reach = np.arange(BESIDE)
+    places = np.concatenate([before[:, np.newaxis] - 1 - reach, after[:, np.newaxis] + reach], axis=1)
+    beside = np.where((places >= 0) & (places < steps.size), steps[np.clip(places, 0, steps.size - 1)], 0.0)
+    ahead = np.arange(1, width + 2)
+    lines = values[before][:, np.newaxis] + np.median(beside, axis=1)[:, np.newaxis] * ahead
+    distances = np.abs(values[before[:, np.newaxis] + ahead] - lines)
+    nearest = np.min(distances[:, :-1], axis=1)
+    third = np.sort(np.abs(beside), axis=1)[:, -3]  # the two largest may be those of another spike
+    is_far = (nearest > np.maximum(limit, FAR * third)) & np.all(np.isfinite(distances), axis=1)
+    return np.asarray(is_far & (distances[:, -1] <= BACK * nearest))
+
+
+def _were_felt(log: Log, usual: Array, rows: NDArray[np.int64], width: int) -> NDArray[np.bool_]:
+    """Tell which of the torques that begin in some rows the joint felt; none where that cannot be told.
+
+    The change of the velocity in the midst of rows is regressed on the sum of the usual torque over them, the direction
+    and a constant; so a torque of the other sign is as good.
+    """
+    span = AROUND + (log.position is not None)
+    felt = np.zeros(rows.size, dtype=np.bool_)
+    inside = (rows >= span) & (rows + width + span <= usual.size)
+    places = np.arange(span, usual.size - width - span, max(1, usual.size // 20_000))
+    columns, changes = _impulses(log, usual, places, width)
+    known = np.isfinite(changes) & np.all(np.isfinite(columns), axis=1)
+    if np.count_nonzero(known) < 4 or not inside.any():
+        return felt
+    coefficients = np.linalg.lstsq(columns[known], changes[known])[0]
+    unexplained = float(np.quantile(np.abs(changes[known] - columns[known] @ coefficients), 0.9))
+    columns, changes = _impulses(log, usual, rows[inside], width)
+    along = np.sign(coefficients[0] * (log.torque - usual)[rows[inside]])
+    felt[inside] = along * (changes - columns @ coefficients) > FELT * unexplained
+    return felt
+
+
+def _impulses(log: Log, torque: Array, rows: NDArray[np.int64], width: int) -> tuple[Array, Array]:
+    """Return what the change of the velocity depends on, and the change, at some rows."""
+    motion, behind, around = log.motion, rows + width, np.arange(AROUND)[:, np.newaxis]
+    if log.position is not None:
+        before = (motion[rows - 1] - motion[rows - 1 - AROUND]) / AROUND
+        after = (motion[behind + AROUND] - motion[behind]) / AROUND
+    else:
+        before, after = (np.mean(motion[at], axis=0) for at in (rows - 1 - around, behind + around))
+    sums = np.sum(torque[rows + np.arange(-AROUND, width + AROUND)[:, np.newaxis]], axis=0)
+    return np.column_stack([sums, np.sign(before + after), np.ones(rows.size)]), after - before
