@@ -13,7 +13,7 @@ Sources:
 
 The Coulomb-viscous form of a known curve is its least-squares fit over the speeds of the reference, which is as near
 to the curve as the form comes along this motion, not the curve's own ``Fc`` and ``sigma``, which lie below it
-wherever there is stiction. From a calibration run each form is fitted to the data itself.
+wherever there is stiction.
 """
 
 import math
@@ -83,15 +83,13 @@ FORMS: dict[str, Callable[[TorqueModel, NDArray[np.float64]], TorqueModel]] = {
 }
 """How each form is made of a known model and a reference."""
 
-KNOWN: dict[str, Callable[[Scenario, TorqueModel], TorqueModel]] = {
+SOURCES: dict[str, Callable[[Scenario, TorqueModel], TorqueModel]] = {
     "nominal": nominal_source,
     "stale": lambda scenario, truth: with_friction(truth, STALE),
     "true": lambda scenario, truth: truth,
+    "batch": lambda scenario, truth: identify_joint(scenario),
 }
-"""Sources that know the whole model."""
-
-SOURCES = (*KNOWN, "batch")
-"""All sources."""
+"""Where a model comes from."""
 
 
 def fixed_model(scenario: Scenario, truth: TorqueModel, form: str, source: str) -> TorqueModel:
@@ -111,9 +109,7 @@ def fixed_model(scenario: Scenario, truth: TorqueModel, form: str, source: str) 
     InputError
         The joint cannot be identified in a calibration run.
     """
-    if source == "batch":
-        return identify_joint(scenario, form)
-    return FORMS[form](KNOWN[source](scenario, truth), scenario.reference_velocity())
+    return FORMS[form](SOURCES[source](scenario, truth), scenario.reference_velocity())
 
 
 def response_time(scenario: Scenario) -> float:

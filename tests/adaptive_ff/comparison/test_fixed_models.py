@@ -8,12 +8,9 @@ from closed_loops import SCENARIO
 
 from adaptive_ff import InputError, simulate
 from adaptive_ff.baselines.model_based import ModelBased
-from adaptive_ff.comparison.calibration import OTHER_SEED, identify_joint
 from adaptive_ff.comparison.fixed_models import SPREAD, fixed_model, nominal_source
 from adaptive_ff.comparison.registry import CONTROLLERS, FIXED
 from adaptive_ff.friction.model import model_friction
-from adaptive_ff.learning.rows import torque_form_rows
-from adaptive_ff.learning.torque_form import TorqueForm, initial_signals, settle_signals_in_place
 from adaptive_ff.scenario.truth import true_model
 
 TRUTH = true_model(SCENARIO)
@@ -105,32 +102,12 @@ def test_a_stale_model_is_exact_where_friction_is_what_it_was():
     assert model("lagged", "stale") == pytest.approx(true_model(scenario), rel=1e-12)
 
 
-def test_batch_identification_finds_the_joint():
-    """The lag less well: what noise does to a sticking joint is no part of the noise-free simulation."""
-    found = model("lagged", "batch", FAST.modified(seed=101))
+@pytest.mark.parametrize("noise", [0.002, 0.0])
+def test_batch_identification_finds_the_joint(noise):
+    found = model("lagged", "batch", FAST.modified(seed=101, sensor={"velocity_noise": noise}))
     for name in ESTIMATED:
-        assert getattr(found, name) == pytest.approx(getattr(TRUTH, name), rel=0.02), name
+        assert getattr(found, name) == pytest.approx(getattr(TRUTH, name), rel=0.05), name
     assert found.friction_lag == pytest.approx(TRUTH.friction_lag, rel=0.15)
-
-
-def test_without_noise_batch_identification_is_exact():
-    found = model("lagged", "batch", FAST.modified(sensor={"velocity_noise": 0.0}))
-    assert found == pytest.approx(TRUTH, rel=5e-3)
-
-
-def test_the_curve_is_the_least_squares_fit_of_the_torque_form_with_its_gate():
-    """Oracle: numpy's least squares on the form's rows of the same run, where no bound is touched."""
-    run = simulate(SCENARIO.modified(seed=1 + OTHER_SEED, duration=120.0), "pi")
-    form = TorqueForm(0.5 * SCENARIO.feedback.gains[0] / SCENARIO.feedback.inertia, 0.05, 1.0)
-    rows, torques, used = np.zeros((12_000, 6)), np.zeros(12_000), np.zeros(12_000, dtype=bool)
-    acted = np.append(0.0, run.torque[:-1])
-    signals = settle_signals_in_place(form, initial_signals(), run.measured[0])
-    torque_form_rows(form, signals, run.time, run.measured, acted, (0.02, 3.0 / form.pole), rows, torques, used)
-    _, inertia, coulomb, stiction, viscous, _ = rows[used].T
-    curve = np.linalg.lstsq(np.column_stack([inertia, coulomb, stiction, viscous]), torques[used], rcond=None)[0]
-    flat = np.linalg.lstsq(np.column_stack([inertia, coulomb + stiction, viscous]), torques[used], rcond=None)[0]
-    assert identify_joint(SCENARIO, "stribeck")[:4] == pytest.approx(curve, rel=1e-6)
-    assert np.array(identify_joint(SCENARIO, "coulomb"))[[0, 1, 3]] == pytest.approx(flat, rel=1e-6)
 
 
 def test_changes_of_friction_are_not_in_the_calibration_run_and_the_seed_is():
@@ -141,15 +118,15 @@ def test_changes_of_friction_are_not_in_the_calibration_run_and_the_seed_is():
 
 @pytest.mark.parametrize("form", ["coulomb", "stribeck", "lagged"])
 def test_what_is_identified_is_possible_even_where_what_is_told_is_wrong(form):
-    """A light joint under loud noise, assumed to have ten times its inertia and a fifth of its Stribeck velocity."""
+    """A light joint under loud noise, assumed to have half of its inertia and a fifth of its Stribeck velocity."""
     scenario = SCENARIO.modified(
         joint={"inertia": 4.0, "viscous": 0.0, "friction_lag": 0.0},
         sensor={"velocity_noise": 0.02},
         adaptation={"stribeck_velocity": 0.01},
-        feedback={"inertia": 30.0},
+        feedback={"inertia": 2.0},
     )
     found = model(form, "batch", scenario)
-    assert 3.0 <= found.inertia <= 300.0
+    assert 2.0 < found.inertia < 8.0
     assert found.stiction >= found.coulomb >= 0.0
     assert min(found.viscous, found.friction_lag) >= 0.0
     assert all(map(math.isfinite, found))
@@ -157,7 +134,7 @@ def test_what_is_identified_is_possible_even_where_what_is_told_is_wrong(form):
 
 def test_a_joint_that_does_not_move_cannot_be_identified_and_says_so():
     stuck = SCENARIO.modified(actuator={"torque_limit": 10.0}, sensor={"velocity_noise": 0.0})
-    with pytest.raises(InputError, match=r"slides faster than 0\.02 rad/s .* in 0 samples"):
+    with pytest.raises(InputError, match=r"calibration run: .*move"):
         model("stribeck", "batch", stuck)
 
 
