@@ -39,7 +39,6 @@ from .loops import PILoop as PILoop
 from .native import CalledBack as CalledBack
 from .native import Native as Native
 from .native import NativeParameters as NativeParameters
-from .native import step_all as step_all
 from .observers.disturbance_observer import DisturbanceObserver as DisturbanceObserver
 from .observers.extended_state import ExtendedState as ExtendedState
 from .observers.kalman_disturbance import KalmanDisturbance as KalmanDisturbance

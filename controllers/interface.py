@@ -5,16 +5,16 @@ import math
 import warnings
 from collections.abc import Callable, Sequence
 from contextlib import suppress
-from math import isfinite
 from typing import Any, Self
 
 import numpy as np
 
+from controllers.arguments import checked_step
 from controllers.bridging import BRIDGED
-from controllers.checks import check_finite, check_numbers, check_period, check_positive
+from controllers.checks import check_finite, check_period
 from controllers.compiled import compiles
 from controllers.kernels.compiler import NoCompiler
-from controllers.native import ACTING, TORQUE, Native, NativeParameters, bound_step, empty_exchange
+from controllers.native import Native, NativeParameters, bound_step, declined, empty_exchange, fast_step
 from controllers.plausible_sizes import largest_torque
 from controllers.registry import Inputs, Output, planned_inputs, step, write_estimates
 from controllers.saved_state import check_it_goes_on, restored, saved_text
@@ -51,7 +51,8 @@ class Controller:
         self._state: Any = initial_state(parameters)
         self._native: Native | None = None
         self._exchange = empty_exchange()
-        self._compute: Callable[..., float] = self._first_step if compiles() else self._plain_step
+        self._is_plain = not compiles()
+        self._begin_stepping()
 
     @property
     def state(self) -> Any:
@@ -77,13 +78,28 @@ class Controller:
             self._native = Native(self.parameters, self._state, self._exchange)
         return self._native.block
 
-    def _first_step(self, *inputs: float) -> float:
-        try:
-            self._compute = bound_step(self.native)
-        except NoCompiler as error:
-            warnings.warn(f"{type(self).__name__} runs as plain Python: {error}", stacklevel=3)
-            self._compute = self._plain_step
-        return self._compute(*inputs)
+    def _begin_stepping(self) -> None:
+        """Compile or load the step at the next one."""
+        self._fast: Callable[[Any], Any] = declined
+        self._run: Callable[..., float] = self._plain_run if self._is_plain else self._first_run
+
+    def _first_run(self, *inputs: float) -> float:
+        if self._in_memory() is None:
+            self._run = self._plain_run
+        else:
+            self._run = bound_step(self.native)
+            self._fast = fast_step([self.native], self._exchange, self.period, together=False)
+        return self._run(*inputs)
+
+    def _in_memory(self) -> Native | None:
+        """Return kernels and state in memory; None of a controller that steps in plain Python."""
+        if self._native is None and not self._is_plain:
+            try:
+                self._native = Native(self.parameters, self._state, self._exchange)
+            except NoCompiler as error:
+                warnings.warn(f"{type(self).__name__} runs as plain Python: {error}", stacklevel=4)
+                self._is_plain = True
+        return self._native
 
     def step_plain(self, inputs: Inputs) -> Output:
         """Do one sample in plain Python, with inputs as they are; return torque and feedforward, N m."""
@@ -91,27 +107,20 @@ class Controller:
         output, self.state = step(self.parameters, self.state, inputs)
         return output
 
-    def _plain_step(self, *inputs: float) -> float:
-        return self.step_plain(Inputs(*map(float, inputs), *self._taken_preview())).torque
-
-    def _taken_preview(self) -> list[float]:
-        """Return what the coming step was given of the plan for when its torque acts, for that step alone, rad/s."""
-        acting: list[float] = self._exchange[ACTING:TORQUE].tolist()
-        self._exchange[ACTING:TORQUE] = math.nan
-        return acting
+    def _plain_run(self, *inputs: float) -> float:
+        return self.step_plain(Inputs(*inputs)).torque
 
     def __getstate__(self) -> dict[str, Any]:
         """Return what a copy is made of: no addresses."""
         content = {**self.__dict__, "_state": self.state, "_native": None}
-        plain = getattr(content.pop("_compute"), "__func__", None) is Controller._plain_step
-        return {**content, "_is_plain": plain}
+        del content["_fast"], content["_run"]
+        return content
 
     def __setstate__(self, content: dict[str, Any]) -> None:
         """Make a copy; it steps as the original did, compiled or in plain Python."""
-        content = dict(content)
-        plain = content.pop("_is_plain")
         self.__dict__.update(content)
-        self._compute = self._plain_step if plain or not compiles() else self._first_step
+        self._is_plain = self._is_plain or not compiles()
+        self._begin_stepping()
 
     def step(
         self,
@@ -177,48 +186,29 @@ class Controller:
         TypeError
             An argument is no number.
         """
-        try:
-            if inertia is not None:
-                check_positive(inertia=inertia)
-            if dt is None:
-                dt = self.period
-            elif not 0.0 < dt < math.inf:
-                raise ValueError(f"dt = {dt} is not allowed: it must be a positive number of seconds")
-            if not (isfinite(reference) and isfinite(correction) and isfinite(feedforward)):
-                check_finite(reference=reference, correction=correction, feedforward=feedforward)
-            if next_reference is None:
-                next_reference = math.nan
-            elif not isfinite(next_reference):
-                check_finite(next_reference=next_reference)
-            if acting_reference is not None:
-                check_finite(acting_reference=acting_reference)
-            if next_acting_reference is not None:
-                check_finite(next_acting_reference=next_acting_reference)
-            numbers: tuple[float, ...] = (
-                reference,
-                1.0 * velocity,  # times one, since what makes floats of these takes a text of digits
-                next_reference,
-                correction,
-                math.nan if position is None else 1.0 * position,
-                math.nan if realised_torque is None else 1.0 * realised_torque,
-                feedforward,
-                math.nan if inertia is None else inertia,
-                dt,
-            )
-            if regressors is not None or acting_reference is not None:
-                numbers = tuple(map(float, numbers))  # nothing is taken before all has been checked
-                if regressors is not None:
-                    self._take_regressors(regressors)
-                if acting_reference is not None and next_acting_reference is not None:
-                    self._exchange[ACTING:TORQUE] = acting_reference, next_acting_reference
-            return self._compute(*numbers)
-        except (TypeError, ValueError, OverflowError):
-            check_numbers(reference=reference, velocity=velocity, correction=correction, feedforward=feedforward)
-            optional = {"next_reference": next_reference, "position": position, "realised_torque": realised_torque}
-            optional |= {"inertia": inertia, "dt": dt, "acting_reference": acting_reference}
-            optional |= {"next_acting_reference": next_acting_reference}
-            check_numbers(**{name: value for name, value in optional.items() if value is not None})
-            raise
+        given = (
+            reference,
+            velocity,
+            next_reference,
+            correction,
+            position,
+            realised_torque,
+            feedforward,
+            inertia,
+            dt,
+            acting_reference,
+            next_acting_reference,
+            regressors,
+        )
+        torque: float | None = self._fast(given)
+        return self._checked_step(given) if torque is None else torque
+
+    def _checked_step(self, given: tuple[Any, ...]) -> float:
+        """Do a step with inputs and regressors that have not been checked."""
+        inputs = checked_step(given[:-1], self.period)
+        if given[-1] is not None:  # nothing is taken before all has been checked
+            self._take_regressors(given[-1])
+        return self._run(*inputs)
 
     def _take_regressors(self, regressors: Sequence[float]) -> None:
         """Take further known regressors for the coming step; a controller that knows none refuses them."""
@@ -322,7 +312,8 @@ class Controller:
         at_rest = self._initial_state(self.parameters)
         with suppress(NoCompiler):
             native = Native(self.parameters, at_rest)  # kept: the block holds addresses only
-            bound_step(native.block)(*planned_inputs(0.0, 0.0, 0.0, 0.0, self.period)[:ACTING])
+            bound_step(native.block)(*planned_inputs(0.0, 0.0, 0.0, 0.0, self.period))
+            fast_step([native.block], native.block.exchange, self.period, together=False)
 
     def state_to_json(self) -> str:
         """Return the state as a JSON text that restores it exactly, with what it belongs to."""
@@ -369,8 +360,8 @@ class Controller:
 
     def run_uncompiled(self) -> Self:
         """Make this controller step in plain Python, for debugging; returns itself."""
-        self.state, self._native = self.state, None
-        self._compute = self._plain_step
+        self.state, self._native, self._is_plain = self.state, None, True
+        self._begin_stepping()
         return self
 
 

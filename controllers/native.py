@@ -8,11 +8,12 @@ hands over the hundred numbers of its state. Only the shortest steps, those of `
 import ctypes
 import math
 from collections import ChainMap
-from collections.abc import Callable, Hashable
+from collections.abc import Callable, Hashable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from controllers.arguments import PREVIEW, RULES, UNKNOWN
 from controllers.arrays import MutableArray, NDArray
 from controllers.kernels.entry import controller_text, symbol_of
 from controllers.kernels.language import BY_ADDRESS, DISPATCHED, call
@@ -34,9 +35,6 @@ from controllers.registry import (
 TORQUE = len(Inputs._fields)
 """Place of the torque in what is exchanged at a step, behind the inputs; the feedforward follows."""
 
-ACTING = Inputs._fields.index("acting_reference")
-"""Place of the plan over the period in which the torque acts; the last of the inputs, as few controllers need it."""
-
 INPUTS = type_of(Inputs(*[0.0] * TORQUE))
 """Type of the inputs."""
 
@@ -55,7 +53,7 @@ def _addresses(parameters: Any, state: Any, *structures: Hashable) -> tuple[int,
         symbol = symbol_of([kernel for kernel in kernels if kernel is not None], kinds)
 
         def write(unit: Any) -> tuple[str, None]:
-            return controller_text(unit, kernels, kinds, symbol, TORQUE, ACTING), None
+            return controller_text(unit, kernels, kinds, symbol, TORQUE), None
 
         library = loaded((*kernels, *kinds), symbol, write)
         places = [library.address(f"{symbol}_{name}") for name in ("step", "estimates", "monitors")]
@@ -119,20 +117,12 @@ MONITORS[NativeParameters] = write_native_monitors  # which has a kernel for eve
 
 
 def bound_step(block: NativeParameters) -> Callable[..., float]:
-    """Return a function that does one sample: the inputs before ``acting_reference`` in, the torque out, N m.
-
-    The plan over the period in which the torque acts is taken from what is exchanged, where it may have been written.
-    """
-    fast = stepper()
-    exchange = block.exchange
-    if fast is not None:
-        places = block.step, block.parameters, block.state, exchange.ctypes.data
-        bound: Callable[..., float] = fast.bind(*places, ACTING, exchange.size, TORQUE)
-        return bound
-    function, place = BY_ADDRESS(block.step), exchange.ctypes.data
+    """Return a function that does one sample: all inputs in, the torque out, N m."""
+    function, exchange = BY_ADDRESS(block.step), block.exchange
+    place = exchange.ctypes.data
 
     def do_step(*inputs: float) -> float:
-        exchange[:ACTING] = inputs
+        exchange[:TORQUE] = inputs
         function(block.parameters, block.state, place, exchange.size)
         torque: float = exchange.item(TORQUE)
         return torque
@@ -140,22 +130,34 @@ def bound_step(block: NativeParameters) -> Callable[..., float]:
     return do_step
 
 
-def step_all(addresses: NDArray[np.int64], rows: NDArray[np.float64]) -> None:
-    """Do one sample of all controllers of a group in memory, one after another.
+def fast_step(
+    blocks: Sequence[NativeParameters], rows: MutableArray, period: float, *, together: bool
+) -> Callable[[Any], Any]:
+    """Return a function that checks what a step is given and does it, in one call; None where that needs words.
 
     Parameters
     ----------
-    addresses : ndarray of int, shape (n, 3)
-        Where step, parameters and state of each lie.
-    rows : ndarray, shape (n, 13)
-        Inputs of each, a column for each field of ``Inputs``; torque and feedforward, N m, are filled in behind.
+    blocks : sequence of NativeParameters
+        The controllers; of a group several.
+    rows : ndarray, shape (n, 13) or (13,)
+        Takes inputs and output of each.
+    period : float
+        Nominal sampling period, s.
+    together : bool
+        Whether they are a group, whose inputs are arrays, and whose torques are written into a first one.
     """
     fast = stepper()
-    if fast is not None:
-        fast.step_all(addresses.ctypes.data, rows.ctypes.data, *rows.shape)
-        return
-    for place, row in zip(addresses.tolist(), rows, strict=True):
-        call(place[0], place[1], place[2], row)
+    if fast is None:
+        return declined
+    members = tuple((block.step, block.parameters, block.state) for block in blocks)
+    rules = "".join(RULES.values())
+    rules = rules.replace(PREVIEW, UNKNOWN) if together else rules  # one joint of several may have none
+    bound: Callable[[Any], Any] = fast.bind(members, rows.ctypes.data, rows.shape[-1], rules, period, together)
+    return bound
+
+
+def declined(given: Any) -> None:
+    """Do nothing, where there is no fast step."""
 
 
 class CalledBack:

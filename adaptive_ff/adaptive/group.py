@@ -3,9 +3,8 @@
 import copy
 import json
 import math
-import operator
 import tomllib
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from types import NoneType
 from typing import TYPE_CHECKING, Any, Self
@@ -16,10 +15,11 @@ from adaptive_ff.adaptive.controller import AdaptiveController
 from adaptive_ff.adaptive.extensions.chain import JointRegressors, carried_links, link_angles, regressor_count
 from adaptive_ff.errors import check_kind, checked_path, read_text
 from adaptive_ff.friction.model import IDENTIFIED
-from controllers import Inputs, Output, step_all
+from controllers import Inputs, Native, Output
+from controllers.arguments import COMMANDED, MEASURED, PREVIEW, RULES, UNKNOWN
 from controllers.arrays import ArrayLike, NDArray
 from controllers.checks import checked_array
-from controllers.compiled import compiles
+from controllers.native import declined, fast_step
 
 if TYPE_CHECKING:
     from adaptive_ff.adaptive.diagnosis import Diagnosis
@@ -28,28 +28,15 @@ Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 
 COLUMNS = Inputs._fields
-"""Columns of what is handed over, a row for each joint; torque and feedforward follow."""
+"""Inputs of a joint."""
 
 OPTIONAL = (*(name for name in COLUMNS if name not in ("reference", "velocity", "dt")), "regressors")
 """Inputs that a step may do without."""
 
-ADDED = ("correction", "feedforward")
-"""Inputs that are nothing by default; the other optional ones are not known then."""
-
-DEFAULTS = tuple(0.0 if name in ADDED else None if name in OPTIONAL else object() for name in COLUMNS)
-"""What a step is given of each column where it is left out; of those that cannot be, what nobody can give."""
-
 INSTEAD = {"parameters": "it is named by identify", "period": "all joints have that of the group"}
 """Arguments of a controller that a table of a joint must not hold, and what stands in their place."""
 
-MAY_BE_UNKNOWN = (
-    "velocity",
-    "next_reference",
-    "position",
-    "realised_torque",
-    "acting_reference",
-    "next_acting_reference",
-)
+MAY_BE_UNKNOWN = tuple(name for name, rule in RULES.items() if rule in (MEASURED, PREVIEW, UNKNOWN))
 """Inputs that need not be finite, joint by joint: then they are not known."""
 
 
@@ -111,11 +98,13 @@ class JointGroup:
             raise ValueError(f"periods = {sorted(periods)} are not allowed: all joints must have the same")
         self.period = periods.pop()
         self._regressors = JointRegressors(self.joints, preceding)
-        self._compiled = compiles()
-        self._rows = np.full((len(self.joints), len(COLUMNS) + len(Output._fields)), math.nan)
-        self._rows[:, [COLUMNS.index(name) for name in ADDED]] = 0.0
-        self._blocks: list[Any] = [None] * len(self.joints)
-        self._places = np.empty((len(self.joints), 3), dtype=np.int64)
+        self._rows = np.empty((len(self.joints), len(COLUMNS) + len(Output._fields)))
+        self._stepped: list[Native | None] = []
+        self._fast: Callable[[Any], Any] = declined
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Return what a copy is made of: no addresses."""
+        return {**self.__dict__, "_stepped": [], "_fast": declined}
 
     @classmethod
     def from_table(cls, table: Mapping[str, Any]) -> Self:
@@ -227,34 +216,53 @@ class JointGroup:
             its inertia or ``dt`` not positive and finite, or its regressors are not as many as it takes or beyond 1e6
             in size. The message names the joint; nothing has been changed then, and no joint has been stepped.
         """
-        rows = self._rows.copy()
-        given: Any = (reference, velocity, next_reference, correction, position)
-        given += (realised_torque, feedforward, inertia, self.period if dt is None else dt)
-        given += (acting_reference, next_acting_reference)
-        for place, (name, default, values) in enumerate(zip(COLUMNS, DEFAULTS, given, strict=True)):
-            if values is default or (isinstance(values, float) and values == default):
-                continue  # the row has it
-            rows[:, place] = self._checked(name, values, name in MAY_BE_UNKNOWN)
+        if self._stepped != [controller._native for controller in self._controllers]:
+            self._bind()
+        given: Any = (
+            np.empty(len(self._controllers)),
+            reference,
+            velocity,
+            next_reference,
+            correction,
+            position,
+            realised_torque,
+            feedforward,
+            inertia,
+            dt,
+            acting_reference,
+            next_acting_reference,
+            regressors,
+        )
+        torques: Array | None = self._fast(given)
+        return self._checked_step(given) if torques is None else torques
+
+    def _bind(self) -> None:
+        """Step all joints in one call, where they are in memory and none needs the angles of others."""
+        self._stepped = [controller._in_memory() for controller in self._controllers]
+        blocks = [native.block for native in self._stepped if native is not None]
+        together = len(blocks) == len(self._stepped) and not self._regressors.forms
+        self._fast = fast_step(blocks, self._rows, self.period, together=True) if together else declined
+
+    def _checked_step(self, given: Any) -> Array:
+        """Do a step with inputs and regressors that have not been checked; of those left out, what stands for them."""
+        torques: Array
+        torques, *columns, regressors = given
+        rows = np.full((torques.size, len(COLUMNS)), math.nan)
+        for place, (name, values) in enumerate(zip(COLUMNS, columns, strict=True)):
+            if values is not None or RULES[name] in (COMMANDED, MEASURED):
+                rows[:, place] = self._checked(name, values, name in MAY_BE_UNKNOWN)
+            elif name == "dt":
+                rows[:, place] = self.period
         self._regressors.place(rows[:, COLUMNS.index("position")], self._regressors.checked(regressors))
-        if self._compiled:
-            step_all(self._addresses(), rows)
-            return rows[:, len(COLUMNS)].copy()
-        inputs = rows[:, : len(COLUMNS)].tolist()
-        pairs = zip(self._controllers, inputs, strict=True)
-        return np.array([controller.step_plain(Inputs(*row)).torque for controller, row in pairs])
+        for place, (controller, row) in enumerate(zip(self._controllers, rows.tolist(), strict=True)):
+            torques[place] = controller._run(*row)
+        return torques
 
-    def _addresses(self) -> NDArray[np.int64]:
-        blocks = [controller.native for controller in self._controllers]
-        if any(map(operator.is_not, blocks, self._blocks)):
-            found = [(block.step, block.parameters, block.state) for block in blocks]
-            self._blocks, self._places = blocks, np.array(found, dtype=np.int64)
-        return self._places
-
-    def _checked(self, name: str, values: ArrayLike, may_be_unknown: bool) -> Array | float:
-        array: Array | float = values if isinstance(values, float) else self._shaped(name, values)
+    def _checked(self, name: str, values: ArrayLike, may_be_unknown: bool) -> Array:
+        array = self._shaped(name, values)
         if may_be_unknown:
             return array
-        numbers = array.ravel().tolist() if isinstance(array, np.ndarray) else [array]  # quicker than numpy's checks
+        numbers = array.ravel().tolist()
         positive = name in ("inertia", "dt")
         if not (all(map(math.isfinite, numbers)) and (not positive or min(numbers) > 0.0)):
             allowed = [math.isfinite(number) and (number > 0.0 or not positive) for number in numbers]
@@ -417,8 +425,9 @@ class JointGroup:
             raise
 
     def run_uncompiled(self) -> Self:
-        """Make this group step in plain Python, for debugging; returns itself."""
-        self._compiled = False
+        """Make all joints step in plain Python, for debugging; returns itself."""
+        for controller in self._controllers:
+            controller.run_uncompiled()
         return self
 
 

@@ -13,7 +13,7 @@ from adaptive_ff.export.export import Export
 from adaptive_ff.export.header import header
 from adaptive_ff.export.source import source
 from controllers import Controller, Output
-from controllers.native import ACTING, TORQUE
+from controllers.native import declined
 
 PREFIX = "controller"
 
@@ -53,7 +53,7 @@ class InC:
         self._library.controller_init(self._handle)
         set_own("step", controller.step)
         set_own("_in_c", self._computing())
-        controller._compute = self._in_c
+        self._step_in_c()
 
     def _computing(self) -> Any:
         handle, inputs, output = self._handle, self._inputs, self._output
@@ -61,7 +61,7 @@ class InC:
         take = getattr(self._library, "controller_set_regressors", None)  # not there where the controller has none
 
         def compute(*given: float) -> float:
-            inputs[0] = (*given, *self._controller._taken_preview())
+            inputs[0] = given
             if take is not None:
                 take(handle, self._controller.regressors.tolist())
             run(handle, inputs, output)
@@ -70,10 +70,13 @@ class InC:
 
         return compute
 
+    def _step_in_c(self) -> None:
+        """Let the controller step by C alone."""
+        self._controller._fast, self._controller._run = declined, self._in_c
+
     def step_in_c(self, *inputs: float) -> Output:
         """Do one sample with inputs as they are, in the order of ``Inputs``; return torque and feedforward, N m."""
-        self._controller._exchange[ACTING:TORQUE] = inputs[ACTING:]
-        return Output(self._controller._compute(*inputs[:ACTING]), self._output.feedforward)
+        return Output(self._in_c(*inputs), self._output.feedforward)
 
     def _fetch(self) -> None:
         """Give the controller in Python the state that C has."""
@@ -105,11 +108,11 @@ class InC:
         def call(*arguments: Any, **named: Any) -> Any:
             self._fetch()
             own = self._controller
-            own._compute = own._plain_step  # a takeover tries a step, on the state in Python
+            own._run = own._plain_run  # a takeover tries a step, on the state in Python
             try:
                 result = found(*arguments, **named)
             finally:
-                own._compute = self._in_c
+                self._step_in_c()
             self._hand_back()
             return result
 

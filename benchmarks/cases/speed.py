@@ -67,12 +67,11 @@ def step_of(name: str) -> Call:
 
 def group_step(name: str, joints: int) -> Call:
     """Return what steps a group of joints."""
-    references, measured = (np.array(one) for one in samples())
+    references, measured = (np.repeat(np.array(one)[:, None], joints, axis=1) for one in samples())
     group = JointGroup({f"joint {place}": make_controller(load_scenario(), name) for place in range(joints)})
 
     def call(k: int) -> None:
-        together = np.full(joints, references[k]), np.full(joints, measured[k])
-        group.step(*together, next_reference=np.full(joints, references[k + 1]))
+        group.step(references[k], measured[k], next_reference=references[k + 1])
 
     return call
 

@@ -1,123 +1,191 @@
-/* Calls of compiled kernels from Python without ctypes: a bound step, a bound group of steps, any entry point.
+/* Calls of compiled kernels from Python without ctypes: a bound step, and a bound group of steps.
+ *
+ * A step takes what it is given as one tuple, an item for each input and last further regressors. It gives None, and
+ * changes nothing, where an argument is of another kind or value than its rule allows, or regressors are given: what
+ * then is to be done or said, Python knows.
  *
  * Limited API of Python 3.11: one binary serves 3.11 and all later versions.
  */
 #define Py_LIMITED_API 0x030B0000
 #define PY_SSIZE_T_CLEAN
 #include <Python.h>
+#include <math.h>
+#include <stdbool.h>
 #include <stdint.h>
+#include <string.h>
 
 typedef void (*Step)(void *parameters, void *state, double *row, int64_t count);
-typedef void (*Entry)(const void *arguments, void *result);
 
 typedef struct {
     Step step;
     void *parameters, *state;
-    double *row;
-    Py_ssize_t inputs, count, output;
+} Member;
+
+/* Controllers that are stepped together; `rows` has `width` numbers for each: inputs, then torque and feedforward. */
+typedef struct {
+    Py_ssize_t members, inputs, width;
+    double period, *rows;
+    char rules[32];
+    Member own[];
 } Bound;
 
-static int read_addresses(PyObject *const *arguments, Py_ssize_t count, Py_ssize_t expected, void **places)
+/* Return a number, the same for all members, or what stands for none; false where its rule forbids it. */
+static bool read_number(const Bound *bound, char rule, PyObject *given, double *value)
 {
-    if (count != expected) {
-        PyErr_Format(PyExc_TypeError, "%zd integers are needed, %zd were given", expected, count);
-        return -1;
+    if (given == Py_None) {
+        *value = rule == 't' ? bound->period : NAN;
+        return rule != 'c' && rule != 'm';
     }
-    for (Py_ssize_t i = 0; i < count; i++) {
-        places[i] = PyLong_AsVoidPtr(arguments[i]);
-        if (PyErr_Occurred()) {
-            return -1;
-        }
+    *value = PyFloat_AsDouble(given);
+    if (*value == -1.0 && PyErr_Occurred()) {
+        PyErr_Clear();
+        return false;
     }
-    return 0;
+    return rule == 'm' || rule == 'u' || (isfinite(*value) && (*value > 0.0 || (rule != 'i' && rule != 't')));
 }
 
-static void free_memory(PyObject *capsule)
+static bool allowed(char rule, double value)
+{
+    return (rule != 'c' && rule != 'i') || (isfinite(value) && (rule == 'c' || value > 0.0));
+}
+
+/* Read a column of an array of doubles, one for each member. */
+static bool read_array(const Bound *bound, char rule, PyObject *given, double *column)
+{
+    Py_buffer view;
+    if (PyObject_GetBuffer(given, &view, PyBUF_STRIDES | PyBUF_FORMAT) < 0) {
+        PyErr_Clear();
+        return false;
+    }
+    bool fits = view.ndim == 1 && view.shape[0] == bound->members && strcmp(view.format, "d") == 0 && rule != 't';
+    for (Py_ssize_t i = 0; fits && i < bound->members; i++) {
+        double *value = column + i * bound->width;
+        memcpy(value, (const char *)view.buf + i * view.strides[0], sizeof *value);
+        fits = allowed(rule, *value);
+    }
+    PyBuffer_Release(&view);
+    return fits;
+}
+
+static bool read_column(const Bound *bound, char rule, PyObject *given, double *column)
+{
+    double value;
+    if (given != Py_None && !PyFloat_Check(given) && PyObject_CheckBuffer(given)) {
+        return read_array(bound, rule, given, column);
+    }
+    if (!read_number(bound, rule, given, &value)) {
+        return false;
+    }
+    for (Py_ssize_t i = 0; i < bound->members; i++) {
+        column[i * bound->width] = value;
+    }
+    return true;
+}
+
+/* Do one sample of all members; false, and nothing changes, where something is not as it must be. */
+static bool do_step(Bound *bound, PyObject *given, Py_ssize_t first)
+{
+    if (!PyTuple_Check(given) || PyTuple_Size(given) != first + bound->inputs + 1
+        || PyTuple_GetItem(given, first + bound->inputs) != Py_None) {
+        return false;
+    }
+    for (Py_ssize_t k = 0; k < bound->inputs; k++) {
+        PyObject *item = PyTuple_GetItem(given, first + k);
+        if (first == 0 ? !read_number(bound, bound->rules[k], item, bound->rows + k)
+                       : !read_column(bound, bound->rules[k], item, bound->rows + k)) {
+            return false;
+        }
+    }
+    for (Py_ssize_t i = 0; i < bound->members; i++) {
+        const Member *own = bound->own + i;
+        own->step(own->parameters, own->state, bound->rows + i * bound->width, bound->width);
+    }
+    return true;
+}
+
+static PyObject *step(PyObject *self, PyObject *given)
+{
+    Bound *bound = PyCapsule_GetPointer(self, NULL);
+    if (!do_step(bound, given, 0)) {
+        Py_RETURN_NONE;
+    }
+    return PyFloat_FromDouble(bound->rows[bound->inputs]);
+}
+
+/* The torques are written into the first item, an array of doubles, which is given back. */
+static PyObject *step_all(PyObject *self, PyObject *given)
+{
+    Bound *bound = PyCapsule_GetPointer(self, NULL);
+    Py_buffer view;
+    if (!do_step(bound, given, 1)) {
+        Py_RETURN_NONE;
+    }
+    PyObject *torques = PyTuple_GetItem(given, 0);
+    if (PyObject_GetBuffer(torques, &view, PyBUF_CONTIG) < 0) {
+        return NULL;
+    }
+    for (Py_ssize_t i = 0; i < bound->members; i++) {
+        ((double *)view.buf)[i] = bound->rows[i * bound->width + bound->inputs];
+    }
+    PyBuffer_Release(&view);
+    Py_INCREF(torques);
+    return torques;
+}
+
+static PyMethodDef STEP = {"step", step, METH_O, "Do one sample: a tuple of inputs in, the torque out, or None."};
+static PyMethodDef STEP_ALL = {"step_all", step_all, METH_O,
+                               "Do one sample of a group: torques and columns of inputs in, torques out, or None."};
+
+static void free_bound(PyObject *capsule)
 {
     PyMem_Free(PyCapsule_GetPointer(capsule, NULL));
 }
 
-static PyObject *step(PyObject *self, PyObject *const *arguments, Py_ssize_t count)
-{
-    const Bound *bound = PyCapsule_GetPointer(self, NULL);
-    if (count != bound->inputs) {
-        PyErr_Format(PyExc_TypeError, "a step takes %zd numbers, %zd were given", bound->inputs, count);
-        return NULL;
-    }
-    for (Py_ssize_t i = 0; i < count; i++) {
-        const double value = PyFloat_AsDouble(arguments[i]);
-        if (value == -1.0 && PyErr_Occurred()) {
-            return NULL;
-        }
-        bound->row[i] = value;
-    }
-    bound->step(bound->parameters, bound->state, bound->row, bound->count);
-    return PyFloat_FromDouble(bound->row[bound->output]);
-}
-
-static PyMethodDef STEP = {
-    "step", (PyCFunction)(void (*)(void))step, METH_FASTCALL, "Do one sample: inputs in, output out."};
-
-static PyObject *bind(PyObject *module, PyObject *const *arguments, Py_ssize_t count)
+static PyObject *bind(PyObject *module, PyObject *arguments)
 {
     (void)module;
-    void *places[7];
-    if (read_addresses(arguments, count, 7, places) < 0) {
+    PyObject *members;
+    unsigned long long rows, places[3];
+    const char *rules;
+    Py_ssize_t width;
+    double period;
+    int together;
+    if (!PyArg_ParseTuple(arguments, "O!Knsdp", &PyTuple_Type, &members, &rows, &width, &rules, &period, &together)) {
         return NULL;
     }
-    Bound *bound = PyMem_Malloc(sizeof *bound);
+    const Py_ssize_t count = PyTuple_Size(members);
+    Bound *bound = PyMem_Malloc(sizeof *bound + (size_t)count * sizeof(Member));
     if (bound == NULL) {
         return PyErr_NoMemory();
     }
-    *bound = (Bound){(Step)(uintptr_t)places[0], places[1], places[2], places[3], (Py_ssize_t)(intptr_t)places[4],
-                     (Py_ssize_t)(intptr_t)places[5], (Py_ssize_t)(intptr_t)places[6]};
-    PyObject *capsule = PyCapsule_New(bound, NULL, free_memory);
+    *bound = (Bound){.members = count, .inputs = (Py_ssize_t)strlen(rules), .width = width, .period = period};
+    bound->rows = (double *)(uintptr_t)rows;
+    strncpy(bound->rules, rules, sizeof bound->rules - 1);
+    PyObject *capsule = PyCapsule_New(bound, NULL, free_bound);
     if (capsule == NULL) {
         PyMem_Free(bound);
         return NULL;
     }
-    PyObject *function = PyCFunction_NewEx(&STEP, capsule, NULL); /* which keeps the memory alive */
+    PyObject *function = NULL;
+    Py_ssize_t i = 0;
+    for (; i < count; i++) {
+        PyObject *member = PyTuple_GetItem(members, i);
+        if (!PyArg_ParseTuple(member, "KKK", places, places + 1, places + 2)) {
+            break;
+        }
+        bound->own[i] = (Member){(Step)(uintptr_t)places[0], (void *)(uintptr_t)places[1], (void *)(uintptr_t)places[2]};
+    }
+    if (i == count) {
+        function = PyCFunction_NewEx(together ? &STEP_ALL : &STEP, capsule, NULL); /* which keeps the memory alive */
+    }
     Py_DECREF(capsule);
     return function;
 }
 
-static PyObject *step_all(PyObject *module, PyObject *const *arguments, Py_ssize_t count)
-{
-    (void)module;
-    void *places[4];
-    if (read_addresses(arguments, count, 4, places) < 0) {
-        return NULL;
-    }
-    const int64_t *own = places[0]; /* step, parameters and state of each member */
-    const Py_ssize_t members = (Py_ssize_t)(intptr_t)places[2], width = (Py_ssize_t)(intptr_t)places[3];
-    double *row = places[1];
-    for (Py_ssize_t i = 0; i < members; i++, own += 3, row += width) {
-        ((Step)(uintptr_t)own[0])((void *)(intptr_t)own[1], (void *)(intptr_t)own[2], row, width);
-    }
-    Py_RETURN_NONE;
-}
-
-static PyObject *run(PyObject *module, PyObject *const *arguments, Py_ssize_t count)
-{
-    (void)module;
-    void *places[3];
-    if (read_addresses(arguments, count, 3, places) < 0) {
-        return NULL;
-    }
-    const Entry entry = (Entry)(uintptr_t)places[0];
-    Py_BEGIN_ALLOW_THREADS
-    entry(places[1], places[2]);
-    Py_END_ALLOW_THREADS
-    Py_RETURN_NONE;
-}
-
 static PyMethodDef METHODS[] = {
-    {"bind", (PyCFunction)(void (*)(void))bind, METH_FASTCALL,
-     "Return a step of a controller in memory: bind(step, parameters, state, row, inputs, numbers in the row, output)."},
-    {"step_all", (PyCFunction)(void (*)(void))step_all, METH_FASTCALL,
-     "Do one sample of all members of a group: step_all(addresses, rows, members, numbers in a row)."},
-    {"run", (PyCFunction)(void (*)(void))run, METH_FASTCALL,
-     "Call an entry point, run(entry, arguments, result), while other threads go on."},
+    {"bind", bind, METH_VARARGS,
+     "Return a step of controllers in memory: bind(((step, parameters, state), ...), address of the rows, numbers in a "
+     "row, rules of the inputs, nominal period, whether it is a group)."},
     {NULL, NULL, 0, NULL}};
 
 static struct PyModuleDef_Slot SLOTS[] = {{0, NULL}};

@@ -72,7 +72,7 @@ WHOLE PUBLIC void {symbol}(const void *restrict arguments, void *restrict result
 
 
 def controller_text(
-    unit: Unit, kernels: tuple[Any, Any, Any], kinds: tuple[Type, Type, Type], symbol: str, torque: int, acting: int
+    unit: Unit, kernels: tuple[Any, Any, Any], kinds: tuple[Type, Type, Type], symbol: str, torque: int
 ) -> str:
     """Return step, estimates and monitors of a controller, each ``void (parameters, state, row, count)``.
 
@@ -86,8 +86,8 @@ def controller_text(
         Of parameters, state and inputs.
     symbol : str
         Begins their names.
-    torque, acting : int
-        Places, in the row, of what the step gives, and of the last two inputs, which hold for one sample.
+    torque : int
+        Place, in the row, of what the step gives.
     """
     parameters, state, inputs = kinds
     step = unit.function(kernels[0], kinds)
@@ -105,8 +105,6 @@ def controller_text(
     {own} *restrict own = state;
     (void)count;
     const {unit.c_type(inputs)} inputs = {{{fields}}};
-    row[{acting}] = NAN;
-    row[{acting + 1}] = NAN;
     const {unit.c_type(step.result)} result = {step.name}({passed}, &inputs);
     *own = result.{new};
     row[{torque}] = result.{output}.torque;

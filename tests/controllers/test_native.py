@@ -1,16 +1,21 @@
 """A controller in memory: the same torques, copies that stand alone, and one compilation of the loop for all."""
 
 import copy
+import math
 import pickle
 
 import numpy as np
 import pytest
 from closed_loops import course_along, make
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from adaptive_ff.adaptive.controller import AdaptiveController
 from adaptive_ff.simulation.experiment import empty_record
 from adaptive_ff.simulation.loop import run_compiled, run_in_memory, run_plain, start_position
 from controllers import PI, ExtendedState
+from controllers.arguments import RULES
+from controllers.native import declined
 
 
 def pi():
@@ -92,3 +97,24 @@ def test_compiled_runs_write_estimates_and_monitors_as_plain_ones_do():
     np.testing.assert_array_equal(compiled.estimates, plain.estimates)
     np.testing.assert_array_equal(compiled.monitors, plain.monitors)
     assert np.any(compiled.monitors[:, 0] > 0.0)  # probability of a change
+
+
+ODD = st.sampled_from(
+    [None, 0.3, -1, True, 0.0, np.float32(0.7), np.float64(0.02), math.nan, -math.inf, 10**400, "1", [1]]
+)
+
+
+@settings(max_examples=150, deadline=None)
+@given(st.dictionaries(st.sampled_from(list(RULES)), ODD))
+def test_one_call_of_the_extension_takes_and_refuses_what_the_checks_do(given):
+    given = {"reference": 0.1, "velocity": 0.0, **given}
+    found = []
+    for controller in (pi(), pi()):
+        controller.step(0.1, 0.0)
+        if found:
+            controller._fast = declined
+        try:
+            found.append(controller.step(**given))
+        except (TypeError, ValueError) as error:
+            found.append(repr(error))
+    assert found[0] == found[1]
