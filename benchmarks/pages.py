@@ -10,7 +10,6 @@ import tomllib
 from collections.abc import Iterable
 from fnmatch import fnmatchcase
 from pathlib import Path
-from typing import Any
 
 from adaptive_ff.errors import InputError
 from benchmarks.quantities import ALL, missed, quantity, shown
@@ -125,10 +124,11 @@ def cell_of(result: Result, row: str, text: str) -> str:
 
 
 def pages() -> list[Path]:
-    """Return all pages of the repository."""
+    """Return all pages of the repository but those that are generated, in folders such as ``_build``."""
     folders = ("adaptive_ff", "benchmarks", "controllers", "plant", "examples", "docs", "tests")
     found = [page for folder in folders for page in (ROOT / folder).rglob("*.md")]
-    return sorted([ROOT / "README.md", *found])
+    written = [page for page in found if not any(part.startswith("_") for part in page.relative_to(ROOT).parts)]
+    return sorted([ROOT / "README.md", *written])
 
 
 def write_pages() -> list[Path]:
@@ -149,12 +149,17 @@ def typed_numbers(text: str) -> list[str]:
     return DECIMAL.findall(CODE.sub("", prose))
 
 
+def handwritten_words(text: str) -> int:
+    """Return how many words of a page are written by hand: all but the tables that are filled."""
+    return len(TABLE.sub("", text).split())
+
+
 def filled_numbers(text: str) -> int:
     """Return how many numbers of a page come from results."""
     tables = [match.group() for match in TABLE.finditer(text)]
     return sum(len(re.findall(r"\d+(?:\.\d+)?", CODE.sub("", table))) for table in tables) + len(NUMBER.findall(text))
 
 
-def allowed_numbers() -> dict[str, Any]:
-    """Return what ``typed.toml`` allows, by page: a list of numbers, or ``"*"`` for all."""
+def allowed_numbers() -> dict[str, list[str]]:
+    """Return the numbers that ``typed.toml`` allows, by page."""
     return tomllib.loads(TYPED.read_text(encoding="utf-8"))

@@ -1,28 +1,186 @@
-"""API reference as HTML pages, made from the docstrings by pdoc: ``python -m docs.reference`` (extra ``docs``).
+"""The generated pages of the reference, from the code: Python, command line, scenario file, log formats, warnings.
 
-Roles such as ``:class:`` become links between the pages. The command ends with status 1 where one names what there is
-not, a page warns, or a link leads nowhere.
+Nothing of it is stored; ``docs/conf.py`` writes them before Sphinx reads its pages.
 """
 
-import argparse
 import importlib
 import inspect
 import pkgutil
 import re
-import sys
-import warnings
-from collections.abc import Iterable, Mapping
-from html.parser import HTMLParser
+from collections.abc import Iterable, Iterator
 from pathlib import Path
-from typing import Any
-from urllib.parse import unquote
+from types import UnionType
+from typing import Annotated, Any, Union, get_args, get_origin
 
-import pdoc
-from pdoc import extract, render
+import click
+import typer
+from pydantic import BaseModel
+from pydantic_core import PydanticUndefined
+
+from adaptive_ff.adaptive.diagnosis import WARNINGS
+from adaptive_ff.cli.main import app
+from adaptive_ff.identify.identification import SAYS
+from adaptive_ff.logs.formats import READERS
+from adaptive_ff.report.diagnosis import SENTENCES
+from adaptive_ff.scenario.scenario import Scenario
 
 PACKAGES = ("adaptive_ff", "controllers", "plant")
+FACES = {
+    "adaptive_ff": "compare, simulate, identify, export; the adaptive controller.",
+    "controllers": "What closes the loop without identifying anything, its design, and what yours are made of.",
+    "plant": "What is simulated.",
+}
+"""Packages whose names are public, each with what it offers."""
+
 ROLE = re.compile(r":(?:func|class|meth|mod|data|attr):`~?([\w.]+)`")
-PAGES = Path(__file__).with_name("pages")
+GENERATED = "_generated"
+EXTRAS = {"_read_hdf5": "hdf5", "_read_parquet": "parquet", "_read_mcap": "mcap", "_read_bag": "rosbags"}
+"""Extra that a reader of logs needs."""
+
+
+def write_reference(folder: Path) -> None:
+    """Write the generated pages into a folder."""
+    folder.mkdir(exist_ok=True)
+    pages = {
+        "api": api(),
+        "command_line": command_line(),
+        "scenario": scenario_fields(),
+        "log_formats": log_formats(),
+        "warnings": warning_codes(),
+    }
+    for name, text in pages.items():
+        file = folder / f"{name}.md"
+        if not file.is_file() or file.read_text(encoding="utf-8") != text:  # Sphinx reads again what is newer
+            file.write_text(text, encoding="utf-8")
+
+
+def write_examples(source: Path, folder: Path) -> None:
+    """Copy the scripts of a folder with a title on each, as the gallery wants it."""
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / "GALLERY_HEADER.rst").write_text("Scripts\n=======\n", encoding="utf-8")
+    for file in source.glob("*.py"):
+        title = file.stem.replace("_", " ").capitalize()
+        text = file.read_text(encoding="utf-8").replace('"""', f'"""\n{title}\n{"=" * len(title)}\n\n', 1)
+        (folder / file.name).write_text(text, encoding="utf-8")
+
+
+def api() -> str:
+    """Return a table of the public names of each package, with a page for each function and class."""
+    text = "# Python\n\nWhat the packages offer by name. Everything else is internal and may change.\n"
+    for package, offer in FACES.items():
+        face = importlib.import_module(package)
+        names = [name for name in face.__all__ if callable(getattr(face, name)) and not _is_alias(getattr(face, name))]
+        listed = "\n".join(f"   {package}.{name}" for name in sorted(names))
+        text += f"\n## {package}\n\n{offer}\n\n```{{eval-rst}}\n.. autosummary::\n   :toctree: api\n\n{listed}\n```\n"
+    return text
+
+
+def _is_alias(value: Any) -> bool:
+    """Tell whether a name stands for a type that has no page of its own."""
+    return get_origin(value) is not None or not getattr(value, "__module__", "").startswith(PACKAGES)
+
+
+def command_line() -> str:
+    """Return the arguments and options of each command, as typer knows them."""
+    group = typer.main.get_command(app)
+    context = click.Context(group, info_name="adaptive-ff")
+    text = ""
+    for name in group.list_commands(context):  # type: ignore[attr-defined]
+        command = group.get_command(context, name)  # type: ignore[attr-defined]
+        rows = [_option(parameter) for parameter in command.params if _is_listed(parameter)]
+        text += f"## {name}\n\n{command.help}\n\n" + _table(("option", "default", "meaning"), rows)
+    return text
+
+
+def _is_listed(parameter: Any) -> bool:
+    return parameter.name != "help" and not getattr(parameter, "hidden", False)
+
+
+def _option(parameter: Any) -> tuple[str, str, str]:
+    written = ", ".join(parameter.opts) if parameter.param_type_name == "option" else parameter.name.upper()
+    plain = parameter.default if isinstance(parameter.default, str | int | float | Path) else None
+    default = "" if plain is None or plain is False else f"`{plain}`"
+    return f"`{written}`", default, getattr(parameter, "help", None) or ""
+
+
+def scenario_fields() -> str:
+    """Return the fields of each table of a scenario, with type, default and unit."""
+    text = f"## Top level\n\n{_fields(Scenario, plain=True)}"
+    for name, field in Scenario.model_fields.items():
+        for table in _tables(field.annotation):
+            kind = table.model_fields.get("kind")
+            named = "" if kind is None else f', `kind = "{kind.default}"`'
+            title = f"[[{name}]]" if "list" in str(field.annotation) else f"[{name}]"
+            text += f"## {title}{named}\n\n{inspect.getdoc(table).splitlines()[0]}\n\n{_fields(table)}"
+    return text
+
+
+def _tables(annotation: Any) -> Iterator[type[BaseModel]]:
+    if inspect.isclass(annotation) and issubclass(annotation, BaseModel):
+        yield annotation
+    elif get_origin(annotation) in (Annotated, Union, UnionType, list):
+        for part in get_args(annotation):
+            yield from _tables(part)
+
+
+def _fields(table: type[BaseModel], plain: bool = False) -> str:
+    said = described(table)
+    rows = []
+    for name, field in table.model_fields.items():
+        if name == "kind" or (plain and any(_tables(field.annotation))):
+            continue
+        default = "needed" if field.default is PydanticUndefined else f"`{field.default}`".replace("`None`", "")
+        rows.append((f"`{name}`", default, said.get(name, "")))
+    return _table(("field", "default", "meaning"), rows)
+
+
+def described(owner: type) -> dict[str, str]:
+    """Return what the docstrings of a class and its bases say of each parameter."""
+    found: dict[str, str] = {}
+    for base in reversed(owner.__mro__):
+        section = re.search(
+            r"^(?:Parameters|Attributes)\n-+\n(.*?)(?=^\w[^\n]*\n-{3,}|\Z)", _doc(base), re.DOTALL | re.MULTILINE
+        )
+        for names, text in re.findall(
+            r"^(\w[\w, ]*) : [^\n]*\n((?:    [^\n]*\n?|\n)+)", section[1] if section else "", re.MULTILINE
+        ):
+            found |= {name.strip(): " ".join(text.split()) for name in names.split(",")}
+    return {name: ROLE.sub(r"`\1`", text).replace("``", "`") for name, text in found.items()}
+
+
+def _doc(owner: type) -> str:
+    return inspect.cleandoc(owner.__dict__.get("__doc__") or "") + "\n"
+
+
+def log_formats() -> str:
+    """Return the formats of logs, and the extra that each needs."""
+    endings: dict[str, list[str]] = {}
+    for ending, reader in READERS.items():
+        endings.setdefault(reader.__name__, []).append(f"`{ending}`")
+    rows = [
+        (", ".join(found), f'`pip install ".[{EXTRAS[reader]}]"`' if reader in EXTRAS else "nothing")
+        for reader, found in endings.items()
+    ]
+    return _table(("ending", "needs"), rows)
+
+
+def warning_codes() -> str:
+    """Return the codes of a diagnosis and of an identification, with their sentences."""
+    diagnosis = [(f"`{code}`", "warning" if code in WARNINGS else "", text) for code, text in SENTENCES.items()]
+    identified = [(f"`{code}`", text) for code, text in SAYS.items()]
+    return (
+        f"## Of the adaptive controller\n\n{_table(('code', '', 'sentence'), diagnosis)}"
+        f"## Of an identification: why a parameter is not identified\n\n{_table(('code', 'sentence'), identified)}"
+    )
+
+
+def _table(heads: tuple[str, ...], rows: Iterable[tuple[str, ...]]) -> str:
+    lines = [
+        heads,
+        ("---",) * len(heads),
+        *(tuple(cell.replace("|", "\\|").replace("\n", " ") for cell in row) for row in rows),
+    ]
+    return "\n".join(f"| {' | '.join(line)} |" for line in lines) + "\n\n"
 
 
 def module_names(packages: Iterable[str] = PACKAGES) -> list[str]:
@@ -83,71 +241,3 @@ def _docstrings(module: Any) -> Iterable[tuple[str, str]]:
         yield name if inspect.isclass(one) else "", inspect.getdoc(one) or ""
         for member in list(vars(one).values()) if inspect.isclass(one) else ():
             yield name, getattr(member, "__doc__", None) or ""
-
-
-def build(names: Iterable[str], out: Path) -> list[str]:
-    """Write a page for each module, and return what is wrong with them."""
-    convert = render.env.filters["to_markdown"]
-
-    def with_links(context: Any, docstring: str) -> Any:
-        module = context["module"].modulename
-        return convert(context, ROLE.sub(lambda link: f"`{resolved(link[1], module) or link[1]}`", docstring))
-
-    with_links.jinja_pass_arg = convert.jinja_pass_arg  # type: ignore[attr-defined]
-    known: dict[str, None] = {}
-    for name in names:
-        if name not in known:
-            known |= dict.fromkeys(extract.walk_specs([name]))
-    render.configure(docformat="numpy", show_source=False)
-    render.env.filters["to_markdown"] = with_links
-    try:
-        with warnings.catch_warnings(record=True) as caught:
-            warnings.simplefilter("always")
-            pdoc.pdoc(*known, output_directory=out)
-    finally:
-        render.env.filters["to_markdown"] = convert
-    said = [str(one.message) for one in caught if not str(one.message).startswith("The module specification")]
-    return said + dead_links(out)
-
-
-class _Links(HTMLParser):
-    def __init__(self, text: str) -> None:
-        super().__init__()
-        self.ids: set[str] = set()
-        self.links: list[str] = []
-        self.feed(text)
-
-    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        given: Mapping[str, str | None] = dict(attrs)
-        self.ids.add(given.get("id") or "")
-        if tag == "a" and given.get("href"):
-            self.links.append(given["href"] or "")
-
-
-def dead_links(folder: Path) -> list[str]:
-    """Return the links between the pages of a folder that lead nowhere."""
-    pages = {path.resolve(): _Links(path.read_text(encoding="utf-8")) for path in folder.rglob("*.html")}
-    dead = []
-    for path, page in pages.items():
-        for link in page.links:
-            file, _, place = unquote(link).partition("#")
-            target = (path.parent / file).resolve() if file else path
-            outside = link.startswith(("http:", "https:"))
-            if not outside and (target not in pages or place not in pages[target].ids | {""}):
-                dead.append(f"{path.relative_to(folder.resolve())}: {link} leads nowhere")
-    return dead
-
-
-def main() -> int:
-    """Write the pages."""
-    parser = argparse.ArgumentParser(description="Write the API reference as HTML pages.")
-    parser.add_argument("--out", type=Path, default=PAGES, help="folder of the pages; docs/pages by default")
-    out = parser.parse_args().out
-    names = module_names()
-    wrong = dead_roles(names) + build(names, out)
-    print(*wrong, f"The first page is {out / 'index.html'}", sep="\n")
-    return 1 if wrong else 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())

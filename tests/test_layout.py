@@ -7,11 +7,11 @@ from pathlib import Path
 
 import pytest
 
+from benchmarks.pages import pages
+
 ROOT = Path(__file__).resolve().parent.parent
 PACKAGES = ("adaptive_ff", "controllers", "plant", "benchmarks")
-PAGES = sorted(
-    [ROOT / "README.md", *(page for name in (*PACKAGES, "examples") for page in (ROOT / name).rglob("*.md"))]
-)
+PAGES = pages()
 STUBS = sorted(path for package in PACKAGES for path in (ROOT / package).rglob("__init__.pyi"))
 
 

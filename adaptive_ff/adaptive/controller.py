@@ -44,7 +44,7 @@ class AdaptiveController(IdentifyingController):
 
     ``psi_i`` are unit torques along the reference (inertia, friction, gravity: :mod:`adaptive_ff.friction.columns`),
     ``theta_i`` their sizes out of one Kalman filter behind the response of the loop, ``d`` an observer of the torque
-    that the feedforward lacks and ``g`` its gain. README.md beside this file has the equations and the contract.
+    that the feedforward lacks and ``g`` its gain. ``docs/explanation`` has the equations and the contract.
 
     Parameters
     ----------

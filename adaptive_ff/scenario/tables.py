@@ -261,7 +261,15 @@ class Adaptation(Table):
 
 
 class FixedModel(Table):
-    """Parameters of the controller ``fixed``; what is not given is zero, stiction then equals Coulomb friction."""
+    """Parameters of the controller ``fixed``; what is not given is zero, stiction then equals Coulomb friction.
+
+    Parameters
+    ----------
+    inertia, coulomb, stiction, viscous : float, optional
+        Inertia, kg m^2; Coulomb friction and stiction, N m; viscous coefficient, N m s/rad.
+    friction_lag, stribeck_velocity, stribeck_shape : float, optional
+        Friction lag, s; Stribeck velocity, rad/s, and shape.
+    """
 
     model_config = STRICT
     inertia: NonNegative = 0.0

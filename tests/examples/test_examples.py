@@ -18,6 +18,7 @@ PRINTED = {
     "position_loop": "rms position error: PI",
     "identify_a_log": "verdict: usable",
     "own_controller": "'mine':",
+    "sliding_mode": "sliding",
     "guard_tracking": "is of another scenario: feedback.bandwidth is 10.0 there and 8.0 here",
 }
 """Something that each prints."""

@@ -1,6 +1,6 @@
 """A controller of one's own in one file: sliding mode with a boundary layer around a PI loop.
 
-    adaptive-ff compare --own docs/sliding_mode.py:SlidingMode
+    adaptive-ff compare --own examples/sliding_mode.py:SlidingMode
 
 V. Utkin, "Variable structure systems with sliding modes" (1977); boundary layer of J.-J. Slotine (1984).
 """
@@ -50,3 +50,11 @@ class SlidingMode(DesignedLoop):
 
     level: float = argument(positive, "Torque of the switching term over ``Kp``, rad/s.", default=0.05)
     layer: float = argument(positive, "Width of the boundary layer, rad/s.", default=0.05)
+
+
+if __name__ == "__main__":
+    from adaptive_ff import compare, load_scenario
+
+    print(
+        compare(load_scenario().modified(duration=20.0, controllers=["pi"]), own={"sliding": SlidingMode}).improvement
+    )

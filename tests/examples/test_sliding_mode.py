@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from adaptive_ff import compare, export_controller, load_scenario, simulate
-from docs.sliding_mode import SlidingMode
+from examples.sliding_mode import SlidingMode
 
 PLACE = Path(inspect.getfile(SlidingMode))
 SCENARIO = load_scenario().modified(duration=20.0, controllers=["pi"])

@@ -1,0 +1,64 @@
+"""Settings of Sphinx; ``python -m docs`` builds the site."""
+
+import sys
+from pathlib import Path
+
+HERE = Path(__file__).resolve().parent
+ROOT = HERE.parent
+sys.path.insert(0, str(ROOT))
+
+from adaptive_ff import __version__  # noqa: E402
+from docs.reference import GENERATED, write_examples, write_reference  # noqa: E402
+
+EXAMPLES = HERE / GENERATED / "examples"
+
+project, author, version = "adaptive-ff", "The adaptive-ff developers", __version__
+copyright = f"2026, {author}. BSD-3-Clause"
+extensions = [
+    "myst_nb",
+    "sphinx.ext.autodoc",
+    "sphinx.ext.autosummary",
+    "sphinx.ext.napoleon",
+    "sphinx_gallery.gen_gallery",
+]
+exclude_patterns = [
+    "_build",
+    "**/sg_execution_times.rst",
+    "sg_execution_times.rst",
+    f"{GENERATED}/examples",
+    *(f"{GENERATED}/gallery/*.{ending}" for ending in ("ipynb", "py", "json", "zip")),
+    *(f"{GENERATED}/{name}.md" for name in ("command_line", "scenario", "log_formats", "warnings")),  # are included
+]
+html_theme = "pydata_sphinx_theme"
+html_theme_options = {
+    "show_prev_next": False,
+    "navigation_with_keys": False,
+    "header_links_before_dropdown": 8,
+    "secondary_sidebar_items": ["page-toc"],
+    "footer_start": ["copyright"],
+    "footer_end": [],
+}
+html_title = "adaptive-ff"
+html_show_sourcelink = False
+myst_enable_extensions = ["dollarmath", "deflist"]
+myst_heading_anchors = 3
+nb_execution_mode = "cache"
+nb_execution_raise_on_error = True
+nb_execution_timeout = 600
+nb_merge_streams = True
+napoleon_google_docstring = False
+napoleon_use_rtype = False
+autodoc_typehints = "none"
+autodoc_member_order = "bysource"
+autosummary_generate = True
+suppress_warnings = ["config.cache", "myst-nb.lexer"]  # of cells that are not run
+sphinx_gallery_conf = {
+    "examples_dirs": str(EXAMPLES),
+    "gallery_dirs": "_generated/gallery",
+    "filename_pattern": r"/(first_comparison|design_a_loop|own_controller|in_your_own_loop|identify_a_log)\.py",
+    "download_all_examples": False,
+    "show_memory": False,
+    "min_reported_time": 1e9,
+}
+write_reference(HERE / GENERATED)
+write_examples(ROOT / "examples", EXAMPLES)
