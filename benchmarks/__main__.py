@@ -9,9 +9,9 @@ from typing import Annotated
 import typer
 from rich.table import Table
 
-from adaptive_ff.cli.cluster import Scheduler
 from adaptive_ff.cli.cluster import workers as cluster
-from adaptive_ff.cli.terminal import error_console, progress_bars
+from adaptive_ff.cli.options import Scheduler
+from adaptive_ff.cli.output import error_console, progress_bars
 from adaptive_ff.errors import InputError
 from benchmarks.compare import HEADINGS, MOVED_HEADINGS, compared_controllers, moved_lines, summary_lines
 from benchmarks.pages import ROOT, latest, pages, rendered, write_pages

@@ -4,7 +4,7 @@ from pathlib import Path
 
 from adaptive_ff import compare
 from adaptive_ff.files import staged
-from adaptive_ff.report.drawing import write_figures, write_stamped
+from adaptive_ff.report.style import stamp, write_figures
 from benchmarks.friction.laws import fit_all
 from benchmarks.friction.picture import draw
 from benchmarks.friction.record import DATA, read_record
@@ -22,10 +22,14 @@ def main() -> None:
     compared, papers = compare().plot(), {**offline.run().figures, **closed_loop.run().figures}
     with staged(FOLDER) as stage:
         write_figures({name: compared[name] for name in FROM_COMPARISON}, stage, ["png"])
-        write_stamped({name: papers[name] for name in FROM_PAPER}, stage, ["png"], SOURCE)
+        drawn = {name: papers[name] for name in FROM_PAPER}
+        stamp(drawn.values(), SOURCE)
         if DATA.is_file():
             record = read_record(DATA)
-            write_stamped({"friction_laws": draw(record, fit_all(record))}, stage, ["png"], COMMAND)
+            laws = draw(record, fit_all(record))
+            stamp([laws], COMMAND)
+            drawn["friction_laws"] = laws
+        write_figures(drawn, stage, ["png"])
     print(f"Pictures are in {FOLDER}")
 
 

@@ -15,7 +15,7 @@ import typer
 
 from adaptive_ff import Comparison, compare, load_scenario
 from adaptive_ff.files import write_csv, write_json
-from adaptive_ff.report.comparison_tables import estimates_table, tracking_table
+from adaptive_ff.report.tables import estimates_table, tracking_table
 from benchmarks.wide import wide_console
 
 ROOT = Path(__file__).resolve().parent.parent

@@ -16,6 +16,7 @@ from adaptive_ff.adaptive.extensions.over_position import LearntMap
 from adaptive_ff.friction.columns import INERTIA
 from adaptive_ff.friction.model import GRAVITY, RIPPLE, unit_of
 from adaptive_ff.learning.kalman import LOOP
+from adaptive_ff.reported import Reported
 
 SURE = 2.0
 """Standard deviations of a difference that is taken for one."""
@@ -109,7 +110,7 @@ class ParameterDiagnosis:
 
 
 @dataclass(frozen=True)
-class Diagnosis:
+class Diagnosis(Reported):
     """What an adaptive controller knows and suspects.
 
     Attributes
@@ -150,9 +151,7 @@ class Diagnosis:
         return tuple(finding for finding in self.findings if finding.code in WARNINGS)
 
     def __str__(self) -> str:
-        from adaptive_ff.report.diagnosis import diagnosis_text
-
-        return diagnosis_text(self)
+        return str(self._report("diagnosis_text"))
 
 
 def diagnose(controller: AdaptiveController) -> Diagnosis:

@@ -4,19 +4,12 @@ import asyncio
 from collections.abc import Iterator
 from concurrent.futures import Executor
 from contextlib import contextmanager
-from typing import Annotated, Any
-
-import typer
+from typing import Any
 
 from adaptive_ff.errors import InputError
 
 PATIENCE = 20
 """Time after which a scheduler that does not answer is given up, s."""
-
-Scheduler = Annotated[
-    str | None,
-    typer.Option(help="Address of a Dask scheduler, such as tcp://host:8786, whose workers do the runs."),
-]
 
 
 @contextmanager

@@ -6,11 +6,13 @@ from typing import Annotated, Any
 
 import typer
 
+from adaptive_ff.cli.options import ScenarioFile
+from adaptive_ff.cli.output import Printer
 from adaptive_ff.errors import InputError, read_text
 
 
 def export_command(
-    scenario: Annotated[Path | None, typer.Argument(help="Scenario file (TOML); the built-in one by default.")] = None,
+    scenario: ScenarioFile = None,
     state: Annotated[
         Path | None,
         typer.Option(help="State to start in: of a replay, settings included, or of a scenario's controller."),
@@ -24,41 +26,27 @@ def export_command(
     fmu: Annotated[bool, typer.Option("--fmu", help="Also write an FMU 2.0 for co-simulation.")] = False,
 ) -> None:
     """Write a controller as C99 source, with a self-test, an example and a CMake file."""
-    from adaptive_ff.cli.terminal import Printer
-    from adaptive_ff.export.project import export_controller
-
-    content = None if state is None else _read(state)
-    if content is not None and ("replay" in content or "settings" in content):
-        raise InputError(
-            f"{state}: is the state of a replay, not of a controller; identify the log, and give its scenario.toml"
-        )
-    made = _from_scenario(scenario, controller or "adaptive", state, content)
-    name = prefix if prefix is not None else controller or "adaptive"
-    files = export_controller(made, out, prefix=name, single=single, with_fmu=fmu)
-    Printer().print(
-        f"{', '.join(file.name for file in files)} are in {out}", highlight=False, markup=False, soft_wrap=True
-    )
-
-
-def _from_scenario(scenario: Path | None, name: str, state: Path | None, content: dict[str, Any] | None) -> Any:
     from adaptive_ff.comparison.registry import make_for_machine
+    from adaptive_ff.export.project import export_controller
     from adaptive_ff.scenario.scenario import load_scenario
 
-    loaded, source = load_scenario(scenario), scenario or "built-in scenario"
+    content = None if state is None else _read(state)
+    name, loaded = controller or "adaptive", load_scenario(scenario)
     try:
         made = make_for_machine(loaded, name)
     except ValueError as error:
-        raise InputError(f"{source}: {error}") from error
+        raise InputError(f"{scenario or 'built-in scenario'}: {error}") from error
     if content is not None:
         try:
             made.state_from_json(json.dumps(content))
         except ValueError as error:
             raise InputError(f"{state}: {error}") from error
-    return made
+    files = export_controller(made, out, prefix=name if prefix is None else prefix, single=single, with_fmu=fmu)
+    Printer().say(f"{', '.join(file.name for file in files)} are in {out}")
 
 
 def _read(state: Path) -> dict[str, Any]:
-    """Return the content of a state file, whatever controller it is of."""
+    """Return the content of the state file of a controller, whichever it is of."""
     text = read_text(state, "is no saved state")
     try:
         content = json.loads(text)
@@ -66,4 +54,8 @@ def _read(state: Path) -> dict[str, Any]:
         raise InputError(f"{state}: is no saved state: {error}") from error
     if not isinstance(content, dict):
         raise InputError(f"{state}: is no saved state: it must be a JSON object")
+    if "replay" in content or "settings" in content:
+        raise InputError(
+            f"{state}: is the state of a replay, not of a controller; identify the log, and give its scenario.toml"
+        )
     return content

@@ -3,9 +3,7 @@
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rich.console import Console
-
-from adaptive_ff.cli.terminal import Printer
+from adaptive_ff.cli.output import Printer, error_console
 
 if TYPE_CHECKING:
     from adaptive_ff.comparison.comparison import Comparison
@@ -51,14 +49,14 @@ class Gate:
         self._chosen, self._controllers = controllers, guarded_controllers(self._baseline, controllers)
         self._metrics = guarded_metrics(self._baseline, metrics)
 
-    def judge(self, comparison: "Comparison", errors: Console) -> int:
+    def judge(self, comparison: "Comparison") -> int:
         """Print what got worse, or that nothing did, and return the exit status."""
         from adaptive_ff.comparison.gate import regressions
 
         options = {"controllers": self._chosen, "metrics": self._metrics}
         worse = regressions(comparison, self._baseline, self._tolerance, **options)
         for sentence in worse:
-            errors.print(f"worse than {self._path}: {sentence}", markup=False)
+            error_console().print(f"worse than {self._path}: {sentence}", markup=False)
         if not worse:
             figures = f"{len(self._metrics)} figures of {', '.join(self._controllers)}"
             Printer().say(f"Nothing is worse than in {self._path}, within the tolerances: {figures}")

@@ -1,162 +1,113 @@
-"""Command ``adaptive-ff identify``."""
+"""Commands ``adaptive-ff identify`` and ``adaptive-ff score``: a joint from a recorded log, and what it is worth."""
 
 import os
 import warnings
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from adaptive_ff.cli.columns import chosen_columns, column_factors, columns_taken, read_columns
+from adaptive_ff.cli.columns import chosen_columns, column_factors, columns_taken, read_columns, warn_of_units
 from adaptive_ff.cli.options import (
-    OUT,
-    Details,
-    Formats,
-    GearRatio,
-    JsonCopy,
-    KnownTorque,
+    Columns,
     Linear,
-    LoadFriction,
     LogFile,
-    Period,
-    Position,
-    PositionHats,
-    PositionPeriod,
-    Report,
-    Resistance,
-    Scale,
-    Time,
-    Torque,
-    TorqueConstant,
+    MeasuredColumns,
+    Output,
+    OverPosition,
     TorqueDelay,
-    Velocity,
-    Voltage,
-    known_periods,
-    picture_formats,
+    named_parts,
 )
-from adaptive_ff.cli.places import of_earlier_runs, places
-from adaptive_ff.cli.terminal import Printer, error_console, progress_bars, warn, warn_of_skips
+from adaptive_ff.cli.output import error_console, progress_bars, warn, warn_of_skips
 from adaptive_ff.errors import InputError
 
 if TYPE_CHECKING:
-    from rich.table import Table
-
     from adaptive_ff.identify.result import LogIdentification
 
 SCENARIO, REFERENCE = "scenario.toml", "reference.csv"
 """Files of the identified joint."""
 
 
-def identify_command(
-    log: LogFile,
-    time: Time = None,
-    period: Period = None,
-    position: Position = None,
-    velocity: Velocity = None,
-    torque: Torque = None,
-    known_torque: KnownTorque = None,
-    scale: Scale = None,
-    bandwidth: Annotated[float | None, typer.Option(help="Band of the regression, Hz; chosen if not given.")] = None,
+@dataclass
+class Regression:
+    """Arguments of ``identify_log``."""
+
+    bandwidth: Annotated[float | None, typer.Option(help="Band of the regression, Hz; chosen if not given.")] = None
     held_out: Annotated[
-        float, typer.Option(help="Share of the log, at its end, that is validated on instead of fitted.")
-    ] = 0.0,
-    validate: Annotated[Path | None, typer.Option(help="Another log, of the same columns, to validate on.")] = None,
-    torque_delay: TorqueDelay = None,
-    torque_constant: TorqueConstant = None,
-    voltage: Voltage = None,
-    resistance: Resistance = None,
+        float, typer.Option(help="Fraction of the log, at its end, that is validated on instead of fitted.")
+    ] = 0.0
+    torque_delay: TorqueDelay = None
     model: Annotated[
         str,
         typer.Option(
             help="Terms: coulomb-viscous, symmetric, offset, directions, gravity or gravity-directions; auto takes "
             "gravity where it takes torque. All but coulomb-viscous may be refined."
         ),
-    ] = "auto",
-    position_period: PositionPeriod = None,
-    gear_ratio: GearRatio = None,
-    position_hats: PositionHats = 0,
-    load_friction: LoadFriction = False,
-    linear: Linear = False,
+    ] = "auto"
+    load_friction: Annotated[
+        bool, typer.Option("--load-friction", help="Friction may rise with the torque of --known-torque.")
+    ] = False
+    linear: Linear = False
+
+
+def identify_command(
+    log: LogFile,
+    columns: MeasuredColumns = MeasuredColumns(),  # noqa: B008 - the defaults of the options
+    voltage: Annotated[
+        str | None,
+        typer.Option(
+            help="Column of the motor's voltage, V, instead of a torque; of a PWM duty with --scale NAME=SUPPLY. Takes "
+            "--resistance and --torque-constant."
+        ),
+    ] = None,
+    resistance: Annotated[float | None, typer.Option(help="Resistance of the motor, ohm, for --voltage.")] = None,
+    validate: Annotated[Path | None, typer.Option(help="Another log, of the same columns, to validate on.")] = None,
+    regression: Regression = Regression(),  # noqa: B008
+    over_position: OverPosition = OverPosition(),  # noqa: B008
     write: Annotated[
         str, typer.Option(help="Files for simulators as well: mjcf, urdf, isaac, drake, or several: mjcf,urdf.")
     ] = "",
-    details: Details = False,
-    out: Annotated[Path, typer.Option(help="Folder for plots, identification.json and a scenario.")] = OUT,
-    json: JsonCopy = None,
-    formats: Formats = "png",
-    report: Report = False,
+    details: Annotated[bool, typer.Option("--details", help="Also say how the numbers came about.")] = False,
+    output: Output = Output(),  # noqa: B008
 ) -> None:
     """Identify inertia and friction of a joint from a recorded log."""
-    from adaptive_ff.files import write_result
     from adaptive_ff.identify.identification import identify_log
-    from adaptive_ff.report.drawing import write_figures
-    from adaptive_ff.report.html_page import NAME, write_report
-    from adaptive_ff.report.identification_plots import PICTURES
+    from adaptive_ff.identify.simulators import ENDINGS, SIMULATORS
+    from adaptive_ff.report.log_pictures import PICTURES
 
-    drawn, simulators = picture_formats(formats), _simulators(write)
-    columns = chosen_columns(log, time, period, position, velocity, voltage or torque, known_torque)
-    if voltage is not None and torque is not None:
+    simulators = named_parts(write, tuple(SIMULATORS), "--write {name} is not known; allowed: {known}")
+    motion, period = (columns.time, columns.period, columns.position, columns.velocity), columns.period
+    taken = chosen_columns(log, *motion, voltage or columns.torque, columns.known_torque)
+    if voltage is not None and columns.torque is not None:
         raise InputError("--voltage and --torque are both given; give one of them")
+    constant, linear, has_voltage = columns.torque_constant, regression.linear, voltage is not None
     scales, is_current = column_factors(
-        log, columns, scale or [], torque_constant, linear=linear, resistance=resistance, is_voltage=voltage is not None
+        log, taken, columns.scale or [], constant, linear=linear, resistance=resistance, is_voltage=has_voltage
     )
-    given = read_columns(log, columns, period, scales)
-    other = None if validate is None else read_columns(validate, columns, period, scales)
-    with places(out, json) as (stage, beside):
+    given = read_columns(log, taken, period, scales)
+    other = None if validate is None else read_columns(validate, taken, period, scales)
+    with output.results() as results:
         with progress_bars(error_console()) as progress:
             progress.add_task("identify", total=None)
             found = identify_log(
-                given,
-                bandwidth=bandwidth,
-                held_out=held_out,
-                validation=other,
-                torque_delay=torque_delay,
-                linear=linear,
-                is_current=is_current,
-                model=model,
-                position_periods=known_periods(position_period, gear_ratio),
-                position_hats=position_hats,
-                load_friction=load_friction,
+                given, validation=other, is_current=is_current, **vars(regression), **over_position.arguments()
             )
-        refused = _write_scenario(found, stage)
-        files = _write_simulators(found, stage, simulators)
-        figures = found.plot(None)
-        notes = [*_of_voltage(torque_constant, resistance, voltage, linear), *([] if refused else _of_current(found))]
-        shown = _shown(found, columns, refused, out, details=details)
-        write_figures(figures, stage, drawn)
-        if report:
-            scenario = {} if refused else {SCENARIO: (stage / SCENARIO).read_text(encoding="utf-8")}
-            write_report(stage / NAME, f"Joint identified from {log}", shown, figures, scenario)
-        result = {**found.to_dict(), "columns": columns, "scenario": SCENARIO if refused is None else None}
-        for file in (stage / "identification.json", *beside.values()):
-            write_result(file, result)
-        earlier = of_earlier_runs(out, stage, PICTURES, [NAME])
-    errors, console = error_console(), Printer()
-    warn(errors, [*found.cautions, *notes])
-    warn_of_skips(errors, found.skipped, "identification.json")
-    console.show(shown)
-    made = "" if refused else f", {SCENARIO}, {REFERENCE}"
-    console.say(f"Plots, identification.json{made}{''.join(f', {file}' for file in files)} are in {out}")
-    console.show(earlier)
-
-
-def _simulators(text: str) -> list[str]:
-    """Return the simulators that ``--write`` names."""
-    from adaptive_ff.identify.simulators import SIMULATORS
-
-    names = list(dict.fromkeys(part.strip().lower() for part in text.split(",") if part.strip()))
-    for name in names:
-        if name not in SIMULATORS:
-            raise InputError(f"--write {name} is not known; allowed: {', '.join(SIMULATORS)}")
-    return names
-
-
-def _write_simulators(found: "LogIdentification", stage: Path, simulators: list[str]) -> list[str]:
-    from adaptive_ff.identify.simulators import ENDINGS
-
-    for name in simulators:
-        (stage / ENDINGS[name]).write_text(found.simulator(name), encoding="utf-8")
-    return [ENDINGS[name] for name in simulators]
+        refused = _write_scenario(found, results.stage)
+        for name in simulators:
+            (results.stage / ENDINGS[name]).write_text(found.simulator(name), encoding="utf-8")
+        result = {**found.to_dict(), "columns": taken, "scenario": SCENARIO if refused is None else None}
+        page = {} if refused else {SCENARIO: (results.stage / SCENARIO).read_text(encoding="utf-8")}
+        shown = _shown(found, taken, refused, output.out, details=details)
+        title = f"Joint identified from {log}"
+        results.write("identification.json", result, shown, found.plot(None), title=title, details=page)
+        made = ["Plots", "identification.json", *([] if refused else [SCENARIO, REFERENCE])]
+        results.shown.append(f"{', '.join([*made, *(ENDINGS[name] for name in simulators)])} are in {output.out}")
+        results.left_behind(PICTURES, [])
+    warn(
+        [*found.cautions, *_of_voltage(constant, resistance, voltage, linear), *([] if refused else _of_current(found))]
+    )
+    warn_of_skips(found.skipped, "identification.json")
 
 
 def _write_scenario(found: "LogIdentification", stage: Path) -> str | None:
@@ -181,9 +132,9 @@ def _write_scenario(found: "LogIdentification", stage: Path) -> str | None:
 
 def _shown(
     found: "LogIdentification", columns: dict[str, str], refused: str | None, out: Path, *, details: bool
-) -> "list[Table | str]":
-    from adaptive_ff.report.parameter_tables import details as explained
-    from adaptive_ff.report.parameter_tables import map_table, next_step, parameters_table, verdict_lines
+) -> list[Any]:
+    from adaptive_ff.report.identified import details as explained
+    from adaptive_ff.report.identified import map_table, next_step, parameters_table, verdict_lines
 
     unwritten = [] if refused is None else [f"No scenario is written: {refused}{_left_behind(out)}"]
     tables = [table for table in (parameters_table(found), map_table(found)) if table is not None]
@@ -218,3 +169,32 @@ def _of_voltage(constant: float | None, resistance: float | None, voltage: str |
         return []
     unit = "N s/m" if linear else "N m s/rad"
     return [f"the torque is that of a voltage: {constant**2 / resistance:.4g} {unit} of viscous are the back-EMF"]
+
+
+def score_command(
+    train: LogFile,
+    test: Annotated[Path, typer.Argument(help="Another log of the joint, of the same columns.", show_default=False)],
+    columns: Columns = Columns(),  # noqa: B008
+    torque_delay: TorqueDelay = None,
+    over_position: OverPosition = OverPosition(),  # noqa: B008
+    linear: Linear = False,
+    output: Output = Output(),  # noqa: B008
+) -> None:
+    """Identify one log, and simulate another one with that model from its torque alone, in open loop."""
+    from adaptive_ff.identify.score import score_log
+    from adaptive_ff.logs.columns import read_scales, with_units
+    from adaptive_ff.report.identified import parameters_table, score_lines
+
+    period, position = columns.period, columns.position
+    taken = chosen_columns(train, columns.time, period, position, None, columns.torque, columns.known_torque)
+    scales = read_scales(columns.scale or [])
+    motion = {role: column for role, column in taken.items() if role in ("time", "position")}
+    warn_of_units(with_units(train, motion), motion, scales, linear=linear)  # the torque may have any unit
+    logs = [read_columns(path, taken, period, scales) for path in (train, test)]
+    with output.results() as results:
+        score = score_log(*logs, linear=linear, torque_delay=torque_delay, **over_position.arguments())
+        shown = [parameters_table(score.found), columns_taken(taken), *score_lines(score)]
+        title, result = f"Model of {train}, simulated on {test}", {**score.to_dict(), "columns": taken}
+        results.write("score.json", result, shown, score.plot(None), title=title)
+        results.shown.append(f"score.json and its picture are in {output.out}")
+    warn(score.cautions)

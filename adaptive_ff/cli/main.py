@@ -3,33 +3,34 @@
 Every command imports what it needs inside itself, so that ``--help`` answers before numpy or matplotlib are loaded.
 """
 
+import multiprocessing
+import signal
 import sys
+import threading
 import traceback
 import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
 from io import TextIOWrapper
+from types import FrameType
 from typing import Annotated, TextIO
 
 import typer
 
-from adaptive_ff.cli.commission import commission_command
-from adaptive_ff.cli.common import with_common_options
+from adaptive_ff.cli.commission import commission_command, excite_command
 from adaptive_ff.cli.compare import compare_command
-from adaptive_ff.cli.excite import excite_command
 from adaptive_ff.cli.export import export_command
-from adaptive_ff.cli.identify import identify_command
-from adaptive_ff.cli.matrix import matrix_command
+from adaptive_ff.cli.identify import identify_command, score_command
 from adaptive_ff.cli.new import new_command
-from adaptive_ff.cli.printable import printable
+from adaptive_ff.cli.options import command
+from adaptive_ff.cli.output import printable
 from adaptive_ff.cli.replay import replay_command
-from adaptive_ff.cli.scenarios import scenarios_command
-from adaptive_ff.cli.score import score_command
-from adaptive_ff.cli.sweep import sweep_command
-from adaptive_ff.cli.termination import ending_in_order
+from adaptive_ff.cli.studies import matrix_command, scenarios_command, sweep_command
 from adaptive_ff.cli.tune import tune_command
 from adaptive_ff.errors import InputError
 
-BAD_INPUT = 2
-INTERRUPTED = 130
+BAD_INPUT, INTERRUPTED, TERMINATED = 2, 130, 128 + signal.SIGTERM
+"""Exit statuses, the last of a command that was asked to end."""
 
 app = typer.Typer(
     help="Adaptive friction-compensating velocity control of robot and machine joints.",
@@ -76,7 +77,7 @@ for _name, _command in (
     ("export", export_command),
     ("score", score_command),
 ):
-    app.command(_name)(with_common_options(_command))
+    app.command(_name)(command(_command))
 
 
 def main() -> None:
@@ -97,6 +98,30 @@ def main() -> None:
                 raise
             status = _refuse(explained) if explained else BAD_INPUT
     sys.exit(status)
+
+
+@contextmanager
+def ending_in_order() -> Iterator[None]:
+    """Let a signal that asks to end do so by ``SystemExit``, so that half-written files are removed.
+
+    A second one ends the process at once. Where somebody else handles the signal, or ignores it, it is left to them.
+    """
+    default = signal.SIG_DFL
+    if threading.current_thread() is not threading.main_thread() or signal.getsignal(signal.SIGTERM) != default:
+        yield
+        return
+    signal.signal(signal.SIGTERM, _end)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, default)
+
+
+def _end(number: int, frame: FrameType | None) -> None:
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)
+    for worker in multiprocessing.active_children():  # Ctrl-C reaches them, this does not; nobody waits for results
+        worker.terminate()
+    raise SystemExit(TERMINATED)
 
 
 def _explained(error: Exception) -> str | None:

@@ -1,18 +1,148 @@
-"""Arguments and options that several commands share."""
+"""Options of the commands: each declared once, as a field of the group whose fields are the arguments that it fills."""
 
+import functools
+import inspect
 import math
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, fields, is_dataclass
+from enum import StrEnum
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from adaptive_ff.errors import InputError
 
-SCENARIO_HELP = "Scenario: a TOML file, or a name that adaptive-ff scenarios lists; the built-in one by default."
-OUT = Path("results")
-"""Default of ``--out``."""
+if TYPE_CHECKING:
+    from adaptive_ff.cli.output import Results
 
-ScenarioFile = Annotated[Path | None, typer.Argument(help=SCENARIO_HELP)]
+KNOWN_FORMATS = ("png", "pdf", "svg")
+
+STANDARD_OUTPUT = Path("-")
+"""What stands for standard output instead of a file."""
+
+
+class TableForm(StrEnum):
+    """How tables are printed."""
+
+    TEXT = "text"
+    MARKDOWN = "markdown"
+    CSV = "csv"
+
+
+@dataclass
+class Common:
+    """Options of every command that runs something."""
+
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but warnings and errors.")] = False
+    tables: Annotated[TableForm, typer.Option(help="How tables are printed.")] = TableForm.TEXT
+
+
+SETTINGS = Common()
+"""Of the command that runs; a process runs one at a time."""
+
+
+@dataclass
+class Output(Common):
+    """Where and how results are written."""
+
+    out: Annotated[Path, typer.Option(help="Folder for all that is written.")] = Path("results")
+    json: Annotated[
+        Path | None, typer.Option("--json", help="Write the result there, too; - for standard output, without tables.")
+    ] = None
+    formats: Annotated[
+        str, typer.Option("--format", help="Formats of the pictures: png, pdf, svg, or several: png,pdf.")
+    ] = "png"
+    report: Annotated[
+        bool,
+        typer.Option(
+            "--report", help="Also write report.html: tables, pictures that zoom, input and versions in one file."
+        ),
+    ] = False
+
+    @functools.cached_property
+    def drawn(self) -> tuple[str, ...]:
+        """Formats of the pictures; one that is not known, or none, raises ``InputError``."""
+        names = named_parts(self.formats, KNOWN_FORMATS, "--format = {name!r} is not known; there are {known}")
+        if not names:
+            raise InputError(f"--format is empty; there are {', '.join(KNOWN_FORMATS)}")
+        return names
+
+    @contextmanager
+    def results(self, *further: Path | None) -> "Iterator[Results]":
+        """Yield what takes the results, and print them when the block ends; the further files are staged as well."""
+        from adaptive_ff.cli.output import results
+
+        with results(self, *further) as taken:
+            yield taken
+
+
+def named_parts(text: str, known: tuple[str, ...], refusal: str) -> tuple[str, ...]:
+    """Return the names in a text, separated by commas, each once; ``InputError`` for one that is not known."""
+    names = tuple(dict.fromkeys(part.strip().lower() for part in text.split(",") if part.strip()))
+    for name in names:
+        if name not in known:
+            raise InputError(refusal.format(name=name, known=", ".join(known)))
+    return names
+
+
+def command(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Return a command in whose place of each group stand the options of the group.
+
+    A parameter that is annotated with a dataclass gets the fields of it as options; their defaults are those of the
+    parameter's default, else of the dataclass.
+    """
+    groups: dict[str, Any] = {}
+    parameters: list[inspect.Parameter] = []
+    keyword = inspect.Parameter.KEYWORD_ONLY
+    for name, parameter in inspect.signature(function).parameters.items():
+        kind = parameter.annotation
+        if not is_dataclass(kind):
+            parameters.append(parameter.replace(kind=keyword))
+            continue
+        groups[name] = kind
+        made: Any = kind() if parameter.default is inspect.Parameter.empty else parameter.default  # type: ignore[operator]
+        for one in fields(kind):
+            default, annotation = getattr(made, one.name), one.type
+            parameters.append(inspect.Parameter(one.name, keyword, default=default, annotation=annotation))
+    common = not any(issubclass(kind, Common) for kind in groups.values())
+    if common:
+        parameters += [
+            inspect.Parameter(one.name, keyword, default=one.default, annotation=one.type) for one in fields(Common)
+        ]
+
+    @functools.wraps(function)
+    def wrapped(**given: Any) -> Any:
+        filled = {
+            name: kind(**{one.name: given.pop(one.name) for one in fields(kind)}) for name, kind in groups.items()
+        }
+        kept = Common(**{one.name: given.pop(one.name) for one in fields(Common)}) if common else None
+        for one in (kept, *filled.values()):
+            if isinstance(one, Common):
+                to_standard_output = isinstance(one, Output) and one.json == STANDARD_OUTPUT
+                SETTINGS.quiet, SETTINGS.tables = one.quiet or to_standard_output, one.tables
+            if isinstance(one, Output):
+                _ = one.drawn  # refused before anything runs
+        try:
+            return function(**given, **filled)
+        finally:
+            SETTINGS.quiet, SETTINGS.tables = False, TableForm.TEXT
+
+    wrapped.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
+    wrapped.__annotations__ = {one.name: one.annotation for one in parameters}
+    return wrapped
+
+
+ScenarioFile = Annotated[
+    Path | None,
+    typer.Argument(
+        help="Scenario: a TOML file, or a name that adaptive-ff scenarios lists; the built-in one by default."
+    ),
+]
+LogFile = Annotated[
+    Path, typer.Argument(help="CSV, NPZ, MAT, HDF5, Parquet, MCAP or ROS bag file.", show_default=False)
+]
 OwnControllers = Annotated[
     list[str] | None,
     typer.Option(
@@ -21,100 +151,107 @@ OwnControllers = Annotated[
         help="Own controller: a class, a factory or an object with a method step. May be given several times.",
     ),
 ]
-JsonCopy = Annotated[
-    Path | None, typer.Option("--json", help="Write the result there, too; - for standard output, without tables.")
-]
-
-Formats = Annotated[str, typer.Option("--format", help="Formats of the pictures: png, pdf, svg, or several: png,pdf.")]
-"""Parsed by ``picture_formats``."""
-
-Report = Annotated[
-    bool,
-    typer.Option(
-        "--report", help="Also write report.html: tables, pictures that zoom, input and versions in one file."
-    ),
-]
-
-KNOWN_FORMATS = ("png", "pdf", "svg")
-
-
-def picture_formats(text: str) -> tuple[str, ...]:
-    """Return the formats of pictures that an option names.
-
-    Raises
-    ------
-    InputError
-        One is not known.
-    """
-    names = tuple(dict.fromkeys(part.strip().lower() for part in text.split(",") if part.strip()))
-    for name in names:
-        if name not in KNOWN_FORMATS:
-            raise InputError(f"--format = {name!r} is not known; there are {', '.join(KNOWN_FORMATS)}")
-    if not names:
-        raise InputError(f"--format is empty; there are {', '.join(KNOWN_FORMATS)}")
-    return names
-
-
-LogFile = Annotated[
-    Path, typer.Argument(help="CSV, NPZ, MAT, HDF5, Parquet, MCAP or ROS bag file.", show_default=False)
-]
-Time = Annotated[str | None, typer.Option(help="Column of the time, s.")]
-Period = Annotated[float | None, typer.Option(help="Constant sample time, s, instead of a column.")]
-Position = Annotated[str | None, typer.Option(help="Column of the position, rad; NAME[3] is a table's 4th.")]
-Velocity = Annotated[str | None, typer.Option(help="Column of the velocity, rad/s, instead of a position.")]
-Torque = Annotated[str | None, typer.Option(help="Column of the drive's torque, N m.")]
-TorqueConstant = Annotated[
-    float | None,
-    typer.Option(help="Torque by current, N m/A (N/A), where the column of the torque is a current in A."),
-]
-Voltage = Annotated[
+Scheduler = Annotated[
     str | None,
-    typer.Option(
-        help="Column of the motor's voltage, V, instead of a torque; of a PWM duty with --scale NAME=SUPPLY. Takes "
-        "--resistance and --torque-constant."
-    ),
+    typer.Option(help="Address of a Dask scheduler, such as tcp://host:8786, whose workers do the runs."),
 ]
-Resistance = Annotated[float | None, typer.Option(help="Resistance of the motor, ohm, for --voltage.")]
-Details = Annotated[bool, typer.Option("--details", help="Also say how the numbers came about.")]
 TorqueDelay = Annotated[
     float | None,
     typer.Option(help="Time after its stamp at which a torque acts, s; half a period where it is held."),
 ]
+TorqueConstant = Annotated[
+    float | None,
+    typer.Option(help="Torque by current, N m/A (N/A), where the column of the torque is a current in A."),
+]
 KnownTorque = Annotated[
     str | None, typer.Option(help="Column of a torque that is known (gravity, coupling), N m; it is subtracted.")
 ]
-PositionPeriod = Annotated[
-    list[float] | None,
-    typer.Option(help="Known period of friction, or of a force, over position, rad (m). May be given several times."),
-]
-GearRatio = Annotated[
-    float | None,
-    typer.Option(help="Turns of the motor in one of the joint: a turn of the motor is then a known period, too."),
-]
-PositionHats = Annotated[
-    int, typer.Option(help="Hats, 2 or more, of a map over the positions of the log, where no period is known.")
-]
-LoadFriction = Annotated[
-    bool, typer.Option("--load-friction", help="Friction may rise with the torque of --known-torque.")
-]
-
-
-def known_periods(periods: list[float] | None, gear_ratio: float | None) -> tuple[float, ...]:
-    """Return the periods that are given, and that of a turn of the motor.
-
-    Raises
-    ------
-    InputError
-        The gear ratio is no positive number.
-    """
-    if gear_ratio is None:
-        return tuple(periods or ())
-    if not (math.isfinite(gear_ratio) and gear_ratio > 0.0):
-        raise InputError(f"--gear-ratio = {gear_ratio:g} is not allowed: it must be positive")
-    return (*(periods or ()), 2.0 * math.pi / gear_ratio)
-
-
 Scale = Annotated[
     list[str] | None, typer.Option(help="NAME=FACTOR for a column in other units, such as q=pi/180 or u=-1/48.")
 ]
 Linear = Annotated[bool, typer.Option("--linear", help="A linear axis: units are m, N and kg.")]
+
+
+@dataclass
+class Columns:
+    """Columns of a log, by role; of a usual name where none is given."""
+
+    time: Annotated[str | None, typer.Option(help="Column of the time, s.")] = None
+    period: Annotated[float | None, typer.Option(help="Constant sample time, s, instead of a column.")] = None
+    position: Annotated[str | None, typer.Option(help="Column of the position, rad; NAME[3] is a table's 4th.")] = None
+    torque: Annotated[str | None, typer.Option(help="Column of the drive's torque, N m.")] = None
+    known_torque: KnownTorque = None
+    scale: Scale = None
+
+
+@dataclass
+class MeasuredColumns(Columns):
+    """Columns of a log that may have a velocity in the place of a position, and a current in that of a torque."""
+
+    velocity: Annotated[str | None, typer.Option(help="Column of the velocity, rad/s, instead of a position.")] = None
+    torque_constant: TorqueConstant = None
+
+
+@dataclass
+class LogColumns:
+    """Columns of the log of a command that takes a simulated recording otherwise."""
+
+    time_column: Annotated[str | None, typer.Option("--time-column", "--time", help="Column of the log's time, s.")] = (
+        None
+    )
+    position_column: Annotated[str | None, typer.Option(help="Column of its position, rad.")] = None
+    velocity_column: Annotated[
+        str | None, typer.Option(help="Column of its velocity, rad/s, instead of a position.")
+    ] = None
+    torque_column: Annotated[str | None, typer.Option(help="Column of its drive's torque, N m.")] = None
+    known_torque: KnownTorque = None
+    scale: Scale = None
+    torque_constant: TorqueConstant = None
+
+
+@dataclass
+class OverPosition:
+    """What is known of friction and force over position."""
+
+    position_period: Annotated[
+        list[float] | None,
+        typer.Option(
+            help="Known period of friction, or of a force, over position, rad (m). May be given several times."
+        ),
+    ] = None
+    gear_ratio: Annotated[
+        float | None,
+        typer.Option(help="Turns of the motor in one of the joint: a turn of the motor is then a known period, too."),
+    ] = None
+    position_hats: Annotated[
+        int, typer.Option(help="Hats, 2 or more, of a map over the positions of the log, where no period is known.")
+    ] = 0
+
+    def arguments(self) -> dict[str, Any]:
+        """Return them as the identification takes them; ``InputError`` where the gear ratio is no positive number."""
+        periods, ratio = tuple(self.position_period or ()), self.gear_ratio
+        if ratio is not None:
+            if not (math.isfinite(ratio) and ratio > 0.0):
+                raise InputError(f"--gear-ratio = {ratio:g} is not allowed: it must be positive")
+            periods = (*periods, 2.0 * math.pi / ratio)
+        return {"position_periods": periods, "position_hats": self.position_hats}
+
+
+@dataclass
+class Limits:
+    """Limits of an exciting motion."""
+
+    position: Annotated[
+        float | None,
+        typer.Option("--position", "--max-position", help="Largest distance of the motion from its start, rad."),
+    ] = None
+    velocity: Annotated[
+        float | None, typer.Option("--velocity", "--max-velocity", help="Largest velocity, rad/s; chosen if not given.")
+    ] = None
+    acceleration: Annotated[
+        float | None, typer.Option("--acceleration", "--max-acceleration", help="Largest acceleration, rad/s^2.")
+    ] = None
+    torque: Annotated[
+        float | None,
+        typer.Option("--torque", "--max-torque", help="Largest torque, N m; 0.7 of the drive's if not given."),
+    ] = None

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from adaptive_ff.comparison.own import Own, check_own_names
 from adaptive_ff.comparison.registry import CONTROLLERS, loop_of, make_controller
@@ -11,19 +11,17 @@ from adaptive_ff.comparison.run import Run, simulate
 from adaptive_ff.comparison.running import check_progress, compile_together
 from adaptive_ff.errors import checked_path
 from adaptive_ff.files import write_result
+from adaptive_ff.reported import Reported
 from adaptive_ff.scenario.given import check_scenario
 from adaptive_ff.scenario.scenario import Scenario, load_scenario
 from adaptive_ff.simulation.experiment import lay_course
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 BASELINE = "pi"
 """The controller that improvement is measured against."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Comparison:
+class Comparison(Reported):
     """Runs of several controllers on the same scenario.
 
     Attributes
@@ -33,6 +31,8 @@ class Comparison:
     runs : dict of Run
         A run a controller, by name.
     """
+
+    _drawn_by = "plot_comparison"
 
     scenario: Scenario
     runs: dict[str, Run]
@@ -86,33 +86,21 @@ class Comparison:
 
     def _repr_html_(self) -> str:
         """Return tables and pictures for a notebook."""
-        from adaptive_ff.report.notebook import comparison_html
-
-        return comparison_html(self)
+        return str(self._report("comparison_html"))
 
     def to_pandas(self) -> Any:
         """Return the figures of merit as a ``pandas.DataFrame``, a row a controller (extra ``pandas``).
 
         Units are in ``attrs["units"]``.
         """
-        from adaptive_ff.report.frames import figures_frame
-
-        return figures_frame(self)
+        return self._report("figures_frame")
 
     def to_xarray(self) -> Any:
         """Return the series of all controllers as an ``xarray.Dataset`` by controller and time (extra ``pandas``).
 
         Series at the samples and the reference; the unit of each is in its ``attrs["units"]``.
         """
-        from adaptive_ff.report.frames import series_dataset
-
-        return series_dataset(self)
-
-    def plot(self, folder: str | Path | None = None) -> dict[str, "Figure"]:
-        """Draw all pictures, by name; write them to a folder where one is given."""
-        from adaptive_ff.report.comparison_plots import plot_comparison
-
-        return plot_comparison(self, folder)
+        return self._report("series_dataset")
 
 
 def compare(

@@ -16,6 +16,7 @@ from adaptive_ff.comparison.registry import loop_of, make_controller
 from adaptive_ff.comparison.running import check_progress, drive_over
 from adaptive_ff.comparison.thinning import Thinned, drive_thinned
 from adaptive_ff.errors import InputError, check_kind
+from adaptive_ff.reported import Reported
 from adaptive_ff.scenario.given import check_scenario
 from adaptive_ff.scenario.scenario import Scenario
 from adaptive_ff.simulation.experiment import Course, Record, lay_course
@@ -35,7 +36,7 @@ MARKS = 120
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Run:
+class Run(Reported):
     """A run and its time series.
 
     Attributes
@@ -129,11 +130,10 @@ class Run:
         """Return the figures of merit by name, those of the position too where there is a position loop."""
         return {**asdict(self.metrics), **({} if self.position_metrics is None else asdict(self.position_metrics))}
 
-    def plot(self, path: str | Path | None = None) -> "Figure":
+    def plot(self, path: str | Path | None = None) -> "Figure":  # type: ignore[override]
         """Draw tracking, error and torque; write the picture where a path is given."""
-        from adaptive_ff.report.comparison_plots import plot_run
-
-        return plot_run(self, path)
+        figure: Figure = self._report("plot_run", path)
+        return figure
 
 
 def _check_thin(thin: int | None) -> None:

@@ -3,7 +3,6 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -13,10 +12,9 @@ from adaptive_ff.identify.motion import Array, Rows
 from adaptive_ff.identify.selection import Data, Model
 from adaptive_ff.identify.units import unit_of
 from adaptive_ff.logs.defects import Skipped
+from adaptive_ff.reported import Reported
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
     from adaptive_ff.friction.model import TorqueModel
     from adaptive_ff.identify.first_estimate import FirstEstimate
 
@@ -89,7 +87,7 @@ def predicted(fit: Fit, data: Data) -> float:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class LogIdentification:
+class LogIdentification(Reported):
     """A joint identified from a log.
 
     Attributes
@@ -125,6 +123,8 @@ class LogIdentification:
     cautions : list of str
         What was done to the log, or is probably wrong with it, a sentence each.
     """
+
+    _drawn_by = "plot_identification"
 
     name: str
     units: dict[str, str]
@@ -277,9 +277,3 @@ class LogIdentification:
 
     def _entry(self, name: str, one: Parameter) -> dict[str, Any]:
         return {**one._asdict(), "unit": unit_of(self.units, name)}
-
-    def plot(self, folder: str | Path | None = None) -> "dict[str, Figure]":
-        """Draw the report; write each picture as ``NAME.png`` where a folder is given."""
-        from adaptive_ff.report.identification_plots import plot_identification
-
-        return plot_identification(self, folder)

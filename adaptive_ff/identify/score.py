@@ -7,8 +7,7 @@ simulates the position of the other, and the root mean square of the error count
 
 import math
 from dataclasses import dataclass, field
-from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -18,10 +17,8 @@ from adaptive_ff.identify.motion import Array, derivative, lowpass
 from adaptive_ff.identify.preparation import prepare
 from adaptive_ff.identify.result import ASYMMETRY, LogIdentification
 from adaptive_ff.logs.log import Log, check_log
+from adaptive_ff.reported import Reported
 from controllers import compiled
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 WINDOW = 1.0
 """Length of a window, s."""
@@ -95,7 +92,7 @@ def _follow(model: OpenLoop, torque: Array, start: Array, period: float, length:
 
 
 @dataclass(frozen=True, eq=False)
-class Score:
+class Score(Reported):
     """What the identified model makes of another log in open loop; positions in rad, or m.
 
     Attributes
@@ -117,6 +114,8 @@ class Score:
     cautions : list of str
         What was done to the logs, or is probably wrong with them.
     """
+
+    _drawn_by = "plot_score"
 
     found: LogIdentification
     tested: str
@@ -164,12 +163,6 @@ class Score:
         result: dict[str, Any] = {name: getattr(self, name) for name in names}
         result |= {"verdict": self.grade, "unit": "m" if self.linear else "rad", "warnings": self.cautions}
         return result | {"model": self.found.best.values, "identification": self.found.to_dict()}
-
-    def plot(self, folder: str | Path | None = None) -> "dict[str, Figure]":
-        """Draw the simulation; write it as ``score.png`` where a folder is given."""
-        from adaptive_ff.report.score_plots import plot_score
-
-        return plot_score(self, folder)
 
 
 def score_log(train: Log, test: Log, **given: Any) -> Score:

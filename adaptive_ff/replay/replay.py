@@ -8,7 +8,7 @@ import json
 import math
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy import signal
@@ -26,11 +26,9 @@ from adaptive_ff.learning.rls import RLSState
 from adaptive_ff.logs.defects import Skipped
 from adaptive_ff.logs.log import Log, check_log
 from adaptive_ff.replay.learning import NOT_NEGATIVE, Learner, columns_of, initial_state, learn, make_learner
+from adaptive_ff.reported import Reported
 from adaptive_ff.scenario.axis_units import of_linear
 from controllers.checks import check_numbers
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 NONE, FIXED, RECORDED, COLD, SAVED = "none", "fixed", "recorded", "adaptive", "adaptive_saved"
 """Feedforwards: none; a fixed model; the machine's own; the adaptive one from a cold start, and from a saved state."""
@@ -69,7 +67,7 @@ class Series(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Replay:
+class Replay(Reported):
     """A log replayed.
 
     Attributes
@@ -97,6 +95,8 @@ class Replay:
     state : str
         State at the end, for the next log.
     """
+
+    _drawn_by = "plot_replay"
 
     name: str
     linear: bool
@@ -155,12 +155,6 @@ class Replay:
             "skipped": [skip._asdict() for skip in self.skipped],
             "notes": self.notes,
         }
-
-    def plot(self, folder: str | Path | None = None) -> "dict[str, Figure]":
-        """Draw the replay; write each picture as ``NAME.png`` where a folder is given."""
-        from adaptive_ff.report.replay_plots import plot_replay
-
-        return plot_replay(self, folder)
 
 
 def replay_log(

@@ -5,16 +5,14 @@ from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
-from rich.box import SIMPLE
 from rich.console import Console
-from rich.table import Table
-from rich.text import Text
 
 from adaptive_ff.adaptive.diagnosis import Code, Diagnosis, Finding
 from adaptive_ff.adaptive.extensions.over_position import LearntMap
 from adaptive_ff.friction.model import unit_of
+from adaptive_ff.report.table import Cell, Table, table
 
-WIDTH = 120
+WIDTH = 80
 """Width of the text, characters."""
 
 TOLD = 0.01
@@ -94,14 +92,12 @@ def load_sentence(share: float, unit: str = "N m") -> str:
 
 
 def diagnosis_table(diagnosis: Diagnosis) -> Table:
-    """Return the estimates as a table for a terminal."""
-    table = Table(box=SIMPLE)
-    for heading in ("parameter", "estimate", "+-", "of the prior's +-"):
-        table.add_column(heading, justify="left" if heading == "parameter" else "right")
-    for one in diagnosis.parameters:
-        name = f"{one.name}, {one.unit}" if one.unit else one.name
-        table.add_row(name, f"{one.estimate:.4g}", f"{one.uncertainty:.2g}", f"{one.learnt:.0%}")
-    return table
+    """Return the estimates with their standard deviations."""
+    rows: list[list[Cell]] = [
+        [f"{one.name}, {one.unit}" if one.unit else one.name, (one.estimate, one.uncertainty), 100.0 * one.learnt]
+        for one in diagnosis.parameters
+    ]
+    return table("", rows, {"parameter": None, "estimate ± deviation": ("", 4), "of the prior's": ("%", 2)})
 
 
 def diagnosis_text(diagnosis: Diagnosis) -> str:
@@ -110,7 +106,7 @@ def diagnosis_text(diagnosis: Diagnosis) -> str:
     console = Console(file=text, width=WIDTH, color_system=None)
     console.print(diagnosis_table(diagnosis))
     for said in sentences(diagnosis):
-        console.print(Text(said))
+        console.print(said, markup=False, highlight=False)
     return text.getvalue().strip("\n")
 
 

@@ -1,4 +1,4 @@
-"""The scenario matrix as files: tables, pictures, every run's figures, and every scenario for ``compare``."""
+"""The scenario matrix as tables and files: pictures, every run's figures, and every scenario for ``compare``."""
 
 import csv
 from collections.abc import Sequence
@@ -7,11 +7,20 @@ from typing import Any
 
 from matplotlib.figure import Figure
 
-from adaptive_ff.report.drawing import write_figures
-from adaptive_ff.report.matrix_picture import draw_matrix
+from adaptive_ff.report.study_pictures import plot_matrix
+from adaptive_ff.report.style import write_figures
+from adaptive_ff.report.table import Table
+from adaptive_ff.report.tables import (
+    MOST_COLUMNS,
+    MOST_ROWS,
+    gains_table,
+    groups_table,
+    ranking_table,
+    standstill_table,
+)
 from adaptive_ff.scenario.file import to_toml
 from adaptive_ff.studies.matrix import Results, cell_scenario
-from adaptive_ff.studies.ranking import collect, ranking_markdown
+from adaptive_ff.studies.ranking import collect
 
 TITLES = {
     False: "Settled rms error: improvement over pi, median over seeds",
@@ -26,26 +35,40 @@ def by_loop(results: Results) -> dict[bool, Results]:
     return {fast: {job: found for job, found in results.items() if job.fastest == fast} for fast in loops}
 
 
+def matrix_tables(results: Results) -> list[Table]:
+    """Return what fits a terminal: scenarios one by one where they are few, else means over their groups."""
+    tables = []
+    for fast, part in by_loop(results).items():
+        cells = collect(part)
+        names = {name for row in cells.values() for name in row}
+        written = gains_table if len(cells) <= MOST_ROWS else groups_table
+        tables.append((ranking_table if len(names) > MOST_COLUMNS else written)(cells, TITLES[fast]))
+    if len({job.scenario for job in results}) <= MOST_ROWS:
+        tables += [one for one in [standstill_table(by_loop(results)[False])] if one is not None]
+    return tables
+
+
 def write_matrix(results: Results, folder: Path, formats: Sequence[str] = ("png",)) -> dict[str, Figure]:
     """Write ``matrix.md``, a picture a loop, ``runs.csv`` and the scenarios into a folder; return the pictures."""
     seeds = sorted({job.seed for job in results})
     source = f"scenarios of the package, seeds {seeds[0]} to {seeds[-1]}"
     figures: dict[str, Figure] = {}
     folder.mkdir(parents=True, exist_ok=True)
-    text = ""
+    tables: list[Table | None] = []
     for fast, part in by_loop(results).items():
         cells = collect(part)
-        text += f"{TITLES[fast]}\n\n{ranking_markdown(cells)}\n"
+        tables += [ranking_table(cells, TITLES[fast]), gains_table(cells, TITLES[fast])]
         controllers = list(dict.fromkeys(name for found in part.values() for name in found))
-        figure = draw_matrix(cells, controllers, TITLES[fast], source)
+        figure = plot_matrix(cells, controllers, TITLES[fast], source)
         if figure is not None:
             figures[f"matrix_{'fastest' if fast else 'own'}_loop"] = figure
+    tables.append(standstill_table(by_loop(results)[False]))
     write_figures(figures, folder, formats)
+    text = "\n".join(one.markdown() for one in tables if one is not None)
     (folder / "matrix.md").write_text(text, encoding="utf-8")
     rows = matrix_rows(results)
-    fields = list(dict.fromkeys(key for row in rows for key in row))
     with (folder / "runs.csv").open("w", newline="", encoding="utf-8") as stream:
-        writer = csv.DictWriter(stream, fields)
+        writer = csv.DictWriter(stream, list(dict.fromkeys(key for row in rows for key in row)))
         writer.writeheader()
         writer.writerows(rows)
     scenarios = folder / "scenarios"

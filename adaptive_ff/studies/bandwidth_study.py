@@ -18,6 +18,7 @@ from adaptive_ff.comparison.own_bandwidth import (
 )
 from adaptive_ff.comparison.registry import CONTROLLERS
 from adaptive_ff.errors import InputError
+from adaptive_ff.reported import Reported
 from adaptive_ff.scenario.scenario import Scenario
 from adaptive_ff.simulation.experiment import lay_course
 from adaptive_ff.studies.loop_at_bandwidth import LoopAtBandwidth, loop_at
@@ -34,7 +35,7 @@ REPORTED_SEEDS = tuple(range(1, 6))
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class BandwidthStudy:
+class BandwidthStudy(Reported):
     """Errors over the bandwidth.
 
     Attributes
@@ -86,11 +87,10 @@ class BandwidthStudy:
         }
         return {**loops, **{f"error_{name}": np.array(one.errors) for name, one in self.own.items()}}
 
-    def plot(self) -> "Figure":
+    def plot(self) -> "Figure":  # type: ignore[override]
         """Draw error over bandwidth."""
-        from adaptive_ff.report.bandwidth_plot import plot_bandwidths
-
-        return plot_bandwidths(self)
+        figure: Figure = self._report("plot_bandwidths")
+        return figure
 
 
 def study_bandwidths(

@@ -113,50 +113,12 @@ def best_rival(row: dict[str, Cell]) -> str:
     return max(rivals, key=lambda name: float(np.median(rivals[name].gain)))
 
 
-def ranking_row(scenario: str, row: dict[str, Cell]) -> list[str]:
-    """Return the row of one scenario; see ``HEADINGS``."""
-    rival = best_rival(row)
-    floor = _milli(row[NOISE_FLOOR].median) if NOISE_FLOOR in row else "-"
-    tuned = f"{np.median(row[TUNED_TRUTH].gain):.3g}" if TUNED_TRUTH in row else "-"
-    shown = [scenario, _milli(row[BASELINE].median), floor, tuned]
-    its_gain = f"{np.median(row[rival].gain):.3g}"
+def outcome(row: dict[str, Cell]) -> tuple[str, float]:
+    """Return how ``adaptive`` compares with the best of the others: won, equal or lost, and its error over ours."""
     if OURS not in row:
-        return [*shown, "failed", "-", "-", rival, its_gain, "lost"]
-    ours = row[OURS]
-    ratio = float(np.median(ours.error / row[rival].error))  # seed by seed
-    outcome = "won" if ratio < 1.0 / ALIKE else "lost" if ratio > ALIKE else "equal"
-    shares = [f"{np.median(ours.error / row[line].error):.3g}" if line in row else "-" for line in LINES]
-    spread = f"{np.median(ours.gain):.3g} ({ours.gain.min():.3g} to {ours.gain.max():.3g})"
-    return [*shown, spread, *shares, rival, its_gain, f"{outcome}, {ratio:.2f}"]
-
-
-LINES = (TUNED_TRUTH, NOISE_FLOOR)
-"""What ours is divided by to say how near to the limits it is."""
-
-HEADINGS = [
-    "scenario",
-    "pi, mrad/s",
-    "floor, mrad/s",
-    "oracle_tuned",
-    "adaptive (worst to best)",
-    "adaptive / oracle_tuned",
-    "adaptive / floor",
-    "best rival",
-    "it",
-    "adaptive / it",
-]
-
-
-def ranking_markdown(cells: Cells) -> str:
-    """Return the tables of the groups as Markdown."""
-    rules = ["---" if heading in ("scenario", "best rival") else "--:" for heading in HEADINGS]
-    text = ""
-    for group, names in grouped(cells).items():
-        lines = [HEADINGS, rules]
-        for scenario, *numbers, outcome in (ranking_row(name, cells[name]) for name in names):
-            lines.append([scenario, *numbers, f"**{outcome}**" if outcome.startswith("lost") else outcome])
-        text += f"**{group}**\n\n" + "".join(f"| {' | '.join(line)} |\n" for line in lines) + "\n"
-    return text
+        return "lost", 0.0
+    ratio = float(np.median(row[best_rival(row)].error / row[OURS].error))  # seed by seed
+    return "won" if ratio > ALIKE else "lost" if ratio < 1.0 / ALIKE else "equal", ratio
 
 
 def standstill_rows(results: Results) -> dict[str, dict[str, float]]:
@@ -168,7 +130,3 @@ def standstill_rows(results: Results) -> dict[str, dict[str, float]]:
             "standstill",
         ).items()
     }
-
-
-def _milli(value: float) -> str:
-    return f"{1e3 * value:.3g}"

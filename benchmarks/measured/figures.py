@@ -5,8 +5,8 @@ from pathlib import Path
 from matplotlib import rc_context
 
 from adaptive_ff.replay.replay import COLD, SAVED
-from adaptive_ff.report.drawing import STYLE, draw_series, explain_looks, label_above, make_panels, write_figure
-from adaptive_ff.report.replay_plots import LOOKS, NEEDED
+from adaptive_ff.report.log_pictures import LOOKS, NEEDED
+from adaptive_ff.report.style import STYLE, draw_series, explain_looks, label_above, make_panels, write_figure
 from benchmarks.measured.results import Result
 
 

@@ -16,7 +16,7 @@ from rich.table import Table
 
 from adaptive_ff.errors import InputError
 from adaptive_ff.files import staged, write_json
-from adaptive_ff.report.drawing import write_stamped
+from adaptive_ff.report.style import stamp, write_figures
 from benchmarks.paper import closed_loop, misprints, offline, online, reversal, rounding, stribeck
 from benchmarks.paper.experiment import Experiment, Row
 from benchmarks.wide import wide_console
@@ -122,7 +122,8 @@ def run_and_write(out: Path, json: Path | None, errors: Console) -> list[Experim
             raise InputError(f"{json}: cannot be written: it is a folder")
         experiments = run_all(errors)
         for experiment in experiments:
-            write_stamped(experiment.figures, stage, ["png"], SOURCE)
+            stamp(experiment.figures.values(), SOURCE)
+            write_figures(experiment.figures, stage, ["png"])
         if json is not None and beside is not None:
             write_json(beside / json.name, to_dict(experiments))
     return experiments

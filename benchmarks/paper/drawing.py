@@ -1,4 +1,4 @@
-"""What the figures have in common: panels, labels above them, one legend; looks of ``adaptive_ff.report.drawing``."""
+"""What the figures have in common: panels, labels above them, one legend; looks of ``adaptive_ff.report.style``."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -9,8 +9,8 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.transforms import ScaledTranslation
 
-from adaptive_ff.report.comparison_plots import LOOKS
-from adaptive_ff.report.drawing import INK, LIFT, QUIET, WIDTH
+from adaptive_ff.report.comparison_pictures import LOOKS
+from adaptive_ff.report.style import INK, LIFT, QUIET, WIDTH
 
 Look = Mapping[str, Any]
 

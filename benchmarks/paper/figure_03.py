@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, NullLocator
 
 from adaptive_ff.learning.batch_least_squares import Array
-from adaptive_ff.report.drawing import INK, QUIET, STYLE, WIDTH
+from adaptive_ff.report.style import INK, QUIET, STYLE, WIDTH
 from benchmarks.paper.drawing import SERIES, TORQUE_FORM, TRUTH, Look, label, legend
 from benchmarks.paper.identification_data import PERIOD, SOLVER_PERIOD, TRUE, Data
 from benchmarks.paper.prediction import FIRST

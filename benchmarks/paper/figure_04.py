@@ -6,7 +6,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter
 
 from adaptive_ff.identify.batch import Identification
-from adaptive_ff.report.drawing import STYLE
+from adaptive_ff.report.style import STYLE
 from benchmarks.paper.drawing import GUIDE, SERIES, TORQUE_FORM, TRUTH, Look, label, legend, panels
 from benchmarks.paper.identification_data import SYMBOLS, TRUE, Data
 from benchmarks.paper.prediction import model_free_run, series_free_run

@@ -10,7 +10,7 @@ from matplotlib.ticker import FuncFormatter
 
 from adaptive_ff.friction.model import ESTIMATED
 from adaptive_ff.learning.batch_least_squares import Array
-from adaptive_ff.report.drawing import QUIET, STYLE
+from adaptive_ff.report.style import QUIET, STYLE
 from benchmarks.paper.drawing import GUIDE, NAIVE, SERIES, TORQUE_FORM, TRUTH, Look, label, legend, panels
 from benchmarks.paper.identification_data import PERIOD, TRUE, Data
 

@@ -4,7 +4,7 @@ import numpy as np
 from matplotlib import rc_context
 from matplotlib.figure import Figure
 
-from adaptive_ff.report.drawing import QUIET, STYLE, WIDTH
+from adaptive_ff.report.style import QUIET, STYLE, WIDTH
 from benchmarks.paper.drawing import Look, label
 from benchmarks.paper.robot import CURRENT_STEP, TORQUE_CONSTANT, Drive
 

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, MultipleLocator
 
 from adaptive_ff.friction.model import model_friction
-from adaptive_ff.report.drawing import INK, STYLE, WIDTH
+from adaptive_ff.report.style import INK, STYLE, WIDTH
 from adaptive_ff.stribeck.fit import StribeckFit
 from adaptive_ff.stribeck.points import SupportPoints
 from benchmarks.paper.drawing import TORQUE_FORM, Look, label, legend

@@ -4,7 +4,7 @@ import numpy as np
 from matplotlib import rc_context
 from matplotlib.figure import Figure
 
-from adaptive_ff.report.drawing import STYLE
+from adaptive_ff.report.style import STYLE
 from benchmarks.paper.drawing import GUIDE, SERIES, TORQUE_FORM, TRUTH, Look, label, legend, panels
 from benchmarks.paper.robot import Drive
 from benchmarks.paper.watching import Form, Series

@@ -4,7 +4,7 @@ import numpy as np
 from matplotlib import rc_context
 from matplotlib.figure import Figure
 
-from adaptive_ff.report.drawing import INK, QUIET, STYLE, WIDTH
+from adaptive_ff.report.style import INK, QUIET, STYLE, WIDTH
 from benchmarks.paper.drawing import GUIDE, label
 from benchmarks.paper.robot import CYCLE, Drive
 

@@ -42,7 +42,7 @@ def run_command_line(*arguments):
     plain = {name: value for name, value in os.environ.items() if name not in ("FORCE_COLOR", "TTY_COMPATIBLE")}
     with (
         warnings.catch_warnings(action="default"),
-        patch.dict(os.environ, {**plain, "COLUMNS": "120"}, clear=True),
+        patch.dict(os.environ, {**plain, "COLUMNS": "1000"}, clear=True),
         patch.object(sys, "argv", argv),
         redirect_stdout(out),
         redirect_stderr(err),

@@ -11,7 +11,7 @@ from synthetic_logs import make_log
 
 import controllers
 from adaptive_ff import Comparison, files
-from adaptive_ff.cli.terminal import Printer
+from adaptive_ff.cli.output import Printer
 from adaptive_ff.comparison.registry import CONTROLLERS
 
 pytestmark = pytest.mark.usefixtures("compiled")

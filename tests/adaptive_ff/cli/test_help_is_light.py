@@ -3,14 +3,16 @@
 import inspect
 import subprocess
 import sys
+from dataclasses import fields
 from importlib.metadata import version
 
 import pytest
 
 import adaptive_ff
-from adaptive_ff.cli import identify, replay
+from adaptive_ff.cli import identify, options, replay
 from adaptive_ff.identify.identification import identify_log
 from adaptive_ff.replay.replay import replay_log
+from adaptive_ff.studies.motion import MotionLimits
 
 HEAVY = ("matplotlib", "control", "scipy", "filterpy", "numpy", "plant", "controllers")
 
@@ -33,10 +35,16 @@ def test_import_loads_nothing_heavy_and_knows_its_version():
     assert adaptive_ff.__version__ == version("adaptive-ff")
 
 
-def default(function, name):
-    return inspect.signature(function).parameters[name].default
-
-
-def test_defaults_of_commands_are_those_of_the_functions():
-    assert default(identify.identify_command, "held_out") == default(identify_log, "held_out")
-    assert default(replay.replay_command, "band") == default(replay_log, "band")
+@pytest.mark.parametrize(
+    ("group", "function"),
+    [
+        (identify.Regression, identify_log),
+        (replay.Learning, replay_log),
+        (options.Limits, MotionLimits),
+    ],
+)
+def test_options_are_arguments_of_the_function_that_they_fill_with_its_defaults(group, function):
+    arguments = inspect.signature(function).parameters
+    for one in fields(group):
+        default = arguments[one.name].default
+        assert one.default == (None if default is inspect.Parameter.empty else default)

@@ -62,7 +62,7 @@ def test_printed_table_and_verdict(result):
     assert "Verdict: good." in printed
     assert "Next: adaptive-ff compare" in printed
     assert len(outcome.out.splitlines()) <= 25
-    assert max(map(len, outcome.out.splitlines()[:12])) <= 80
+    assert max(map(len, outcome.out.splitlines()[:8])) <= 80
     assert "Columns: time time, position position, torque torque." in printed
 
 

@@ -9,7 +9,7 @@ import threading
 import pytest
 from command_line import run_command_line
 
-from adaptive_ff.cli.termination import ending_in_order
+from adaptive_ff.cli.main import ending_in_order
 from plant import JointModel
 
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")

@@ -8,9 +8,9 @@ import pytest
 
 from adaptive_ff import Comparison, InputError, __version__, compare, load_scenario, simulate
 from adaptive_ff.friction.model import model_friction
-from adaptive_ff.report import drawing
-from adaptive_ff.report.comparison_plots import PICTURES, plot_comparison, plot_run
-from adaptive_ff.report.comparison_tables import estimates_table
+from adaptive_ff.report import style
+from adaptive_ff.report.comparison_pictures import PICTURES, plot_comparison, plot_run
+from adaptive_ff.report.tables import estimates_table
 from plant import sliding_friction
 
 SHORT = load_scenario().modified(duration=16.0)
@@ -118,7 +118,7 @@ def test_failed_writing_leaves_neither_the_picture_nor_a_part_of_it(comparison, 
     def fail(*_):
         raise OSError("disk full")
 
-    monkeypatch.setattr(drawing.os, "replace", fail)
+    monkeypatch.setattr(style.os, "replace", fail)
     with pytest.raises(InputError, match=r"tracking\.png: cannot be written: disk full"):
         plot_comparison(comparison, tmp_path)
     assert [file.name for file in tmp_path.iterdir()] == ["tracking.png"]
@@ -411,7 +411,7 @@ def test_pictures_and_tables_of_a_linear_axis_have_its_units():
     assert figures.keys() == {*PICTURES, "run"} == {*FIVE, "friction_map", "run"}
     panels = [axes for figure in figures.values() for axes in figure.axes]
     labels = [label for axes in panels for label in (axes.get_xlabel(), axes.get_ylabel())]
-    labels += [str(cell) for cell in estimates_table(found).columns[0].cells]
+    labels += estimates_table(found).column("parameter")
     assert not [label for label in labels if "rad" in label or "N m" in label or "torque" in label]
     assert any("mm/s" in label for label in labels)
     assert "inertia, kg" in labels
@@ -423,14 +423,14 @@ def test_the_table_of_estimates_says_how_far_each_may_be_off():
     adaptive = found.runs["adaptive"]
     row = list(adaptive.estimates).index("coulomb")
     spread = 2.0 * adaptive.uncertainties["coulomb"][-1]
-    cells = {str(column.header): list(column.cells)[row] for column in table.columns}
-    assert cells["adaptive"] == f"{adaptive.final_estimates['coulomb']:.4g} ± {spread:.2g}"
+    cells = dict(zip(table.heads, table.rows[row], strict=True))
+    assert cells["adaptive"] == f"{adaptive.final_estimates['coulomb']:#.4g} ± {spread:.2g}"
     assert "±" not in cells["adaptive_paper"]  # which does not say
     assert str(table.title).endswith("± 2 standard deviations")
 
 
 def test_the_table_of_estimates_has_truth_and_unit_of_the_stribeck_velocity():
     found = compare(SHORT.modified(duration=3.0, controllers=["adaptive"]))
-    names, true, _ = (list(column.cells) for column in estimates_table(found).columns)
-    assert dict(zip(names, true, strict=True))["stribeck_velocity, rad/s"] == f"{SHORT.joint.stribeck_velocity:.4g}"
+    names, true = (estimates_table(found).column(name) for name in ("parameter", "true"))
+    assert dict(zip(names, true, strict=True))["stribeck_velocity, rad/s"] == f"{SHORT.joint.stribeck_velocity:#.4g}"
     assert names[-1] == "presliding, rad"

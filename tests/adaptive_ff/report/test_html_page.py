@@ -9,10 +9,10 @@ from html.parser import HTMLParser
 import pytest
 from command_line import run_command_line
 from matplotlib.figure import Figure
-from rich.table import Table
 
 from adaptive_ff import __version__
-from adaptive_ff.report.html_page import write_report
+from adaptive_ff.report.page import write_report
+from adaptive_ff.report.table import table
 
 BROWSERS = ("chromium-headless-shell", "chromium", "chromium-browser", "google-chrome")
 BROWSER = next((found for found in map(shutil.which, BROWSERS) if found), None)
@@ -55,17 +55,14 @@ class Page(HTMLParser):
 
 @pytest.fixture
 def page(tmp_path):
-    table = Table(title="Errors of <all>")
-    table.add_column("controller")
-    table.add_column("settled", justify="right")
-    table.add_row("mine & yours", "1.5", style="bold cyan")
-    table.add_row("pi", "[bold]3[/bold]")
+    rows, styles = [["mine & yours", 1.5], ["pi", "[bold]3[/bold]"]], {"mine & yours": "bold cyan"}
+    errors = table("Errors of <all>", rows, {"controller": None, "settled": ("", 3)}, styles=styles)
     figures = {}
     for name in ("one", "two"):
         figures[name] = Figure(figsize=(4.0, 2.0))
         figures[name].add_subplot().plot([0.0, 1.0])
     path = tmp_path / "report.html"
-    write_report(path, "A <joint>", [table, "A sentence & more."], figures, {"Scenario": "seed = 1 # <one>"})
+    write_report(path, "A <joint>", [errors, "A sentence & more."], figures, {"Scenario": "seed = 1 # <one>"})
     return path
 
 

@@ -5,8 +5,8 @@ import pytest
 from synthetic_logs import make_log, sines_log
 
 from adaptive_ff.identify.identification import identify_log
-from adaptive_ff.report.identification_plots import PICTURES
-from adaptive_ff.report.parameter_tables import details, map_table, next_step, parameters_table, verdict_lines
+from adaptive_ff.report.identified import details, map_table, next_step, parameters_table, verdict_lines
+from adaptive_ff.report.log_pictures import PICTURES
 
 NAMES = [name for name in PICTURES if name != "identified_map"]
 
@@ -60,12 +60,10 @@ def test_gravity_is_not_drawn_as_friction(refined):
 
 def test_table_holds_textbook_and_refined(found, refined):
     plain = parameters_table(found)
-    assert [column.header for column in plain.columns] == ["", "textbook", ""]
+    assert plain.heads == ("", "textbook", "unit")
     both = parameters_table(refined)
-    assert [column.header for column in both.columns] == ["", "textbook", "refined", ""]
-    rows = dict(
-        zip(both.columns[0].cells, zip(*(column.cells for column in both.columns[1:3]), strict=True), strict=True)
-    )
+    assert both.heads == ("", "textbook", "refined", "unit")
+    rows = {row[0]: row[1:3] for row in both.rows}
     assert rows["stiction − coulomb"][0] == ""
     assert float(rows["coulomb"][1].split(" ± ")[0]) == pytest.approx(0.8, rel=0.05)
     assert map_table(found) is None
@@ -93,4 +91,4 @@ def test_map_is_drawn_where_there_is_one(tmp_path):
     log, _ = sines_log(lambda q, w: np.sign(w) * (0.8 + 0.3 * np.sin(2.0 * np.pi * q / turn)))
     found = identify_log(log, position_periods=(turn,))
     assert set(found.plot(tmp_path)) == set(PICTURES)
-    assert map_table(found).row_count == 2
+    assert len(map_table(found).rows) == 2

@@ -9,7 +9,7 @@ from command_line import refusal, run_command_line
 from scenario_files import short, write_scenario
 
 from adaptive_ff import InputError, load_scenario, simulate
-from adaptive_ff.report.bandwidth_tables import best_table, errors_table, loops_table
+from adaptive_ff.report.tables import best_table, errors_table, loops_table
 from adaptive_ff.scenario.scenario import Scenario
 from adaptive_ff.studies.bandwidth_study import study_bandwidths
 from adaptive_ff.studies.loop_at_bandwidth import loop_at, noise_response
@@ -81,10 +81,11 @@ def test_response_to_noise_sums_to_nothing_behind_an_encoder():
 
 def test_tables_name_the_best(study):
     tables = [loops_table(study), errors_table(study), best_table(study)]
-    assert [table.row_count for table in tables] == [len(study.loops), len(study.loops), 2]
-    marked = [cell for cell in tables[1].columns[1].cells if cell.endswith("*")]
-    assert len(marked) == 1
-    assert "1.00" in list(tables[2].columns[3].cells)
+    assert [len(table.rows) for table in tables] == [len(study.loops), len(study.loops), 2]
+    least = min(tables[1].column("pi"), key=float)
+    best = tables[1].column("bandwidth")[tables[1].column("pi").index(least)]
+    assert tables[2].column("best")[0] == best
+    assert tables[2].column("over pi")[0] == "1.00"
     assert study.plot().axes[0].get_yscale() == "log"
     assert set(study.columns()) >= {"bandwidth", "maximum_sensitivity", "error_pi"}
     json.dumps(study.to_dict(), allow_nan=False)
@@ -95,7 +96,7 @@ def test_study_without_a_bandwidth_of_its_own():
     found = study_bandwidths(scenario, ["pi"], tuning_seeds=[101], reported_seeds=[1])
     assert found.common_errors == {}
     assert [loop.noise_torque for loop in found.loops] == [0.0] * len(found.loops)
-    assert len(best_table(found).columns) == 4
+    assert best_table(found).heads == ("controller", "best", "", "error", "over pi")
     assert found.plot().axes[0].get_lines()
 
 
@@ -112,8 +113,9 @@ def test_command_prints_tables_and_writes_files(tmp_path):
     options = ("--controller", "pi", "--seeds", 1, "--tuning-seeds", 1, "--out", tmp_path / "out", "--report")
     outcome = run_command_line("tune", scenario, *options)
     assert outcome.status == 0, outcome.err
-    assert "sensitivity" in outcome.out
-    assert "own, Hz" in outcome.out
+    assert "sensor noise" not in outcome.out
+    assert "over pi" in outcome.out
+    assert "sensor noise" in (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
     assert {path.name for path in (tmp_path / "out").iterdir()} == {"tune.png", "tune.csv", "tune.json", "report.html"}
     content = json.loads((tmp_path / "out" / "tune.json").read_text())
     best = content["controllers"]["pi"]["best_bandwidth"]

@@ -11,6 +11,7 @@ import pytest
 
 from adaptive_ff import load_scenario, simulate
 from adaptive_ff.comparison.registry import CONTROLLERS
+from adaptive_ff.report.tables import groups_table, ranking_table
 from adaptive_ff.scenario.library import SCENARIOS, scenario_names
 from adaptive_ff.simulation.metrics import rms
 from adaptive_ff.studies import matrix
@@ -30,8 +31,7 @@ from adaptive_ff.studies.ranking import (
     best_rival,
     collect,
     grouped,
-    ranking_markdown,
-    ranking_row,
+    outcome,
 )
 from controllers import fastest_bandwidth
 
@@ -243,16 +243,29 @@ def made_up(**errors):
     }
 
 
-def test_ranking_names_the_best_rival_and_shows_a_loss_as_a_loss():
+def test_ranking_names_the_best_of_the_others_and_shows_a_loss_as_a_loss():
     lines = {"oracle": (1, 1), "oracle_tuned": (1, 1), "noise_floor": (0.5, 0.5), "coulomb_true": (1, 1)}
     cells = collect(made_up(pi=(8, 8), adaptive=(2, 4), good=(2, 2), bad=(9, 9), **lines))
     assert best_rival(cells["made_up"]) == "good"
-    row = ranking_row("made_up", cells["made_up"])
-    assert row == ["made_up", "8", "0.5", "8", "3 (2 to 4)", "3", "6", "good", "4", "lost, 1.50"]
-    assert "**lost, 1.50**" in ranking_markdown(cells)
+    word, ratio = outcome(cells["made_up"])
+    assert (word, ratio) == ("lost", 0.75)  # the median of 1 and 0.5
+    (group, row) = ranking_table(cells, "").rows
+    assert group == ("Further scenarios",)
+    shown = ("8.00", "0.500", "3.00", "2.00", "4.00", "0.375", "0.188", "good", "4.00", "lost", "0.750")
+    assert row == ("  made_up", *shown)
     won = collect(made_up(pi=(8, 8), oracle=(1, 1), adaptive=(1, 1), good=(2, 2)))
-    assert ranking_row("made_up", won["made_up"])[-1] == "won, 0.50"
+    assert outcome(won["made_up"]) == ("won", 2.0)
     assert "oracle" in KNOWS_THE_TRUTH
+
+
+def test_groups_have_geometric_means_and_name_the_worst():
+    errors = {"pi": 8.0, "oracle": 1.0}
+    found = {
+        Job(name, 1, False): {one: {"rms_error_settled": error} for one, error in {**errors, "adaptive": ours}.items()}
+        for name, ours in (("servo", 4.0), ("encoder", 1.0))
+    }
+    ((group, count, oracle, ours, worst),) = groups_table(collect(found), "").rows
+    assert (group, count, oracle, ours, worst) == ("Where the model holds", "2", "8.00", "4.00", "servo 2")
 
 
 def test_every_scenario_is_in_one_group_and_tables_follow_the_groups():
@@ -265,7 +278,7 @@ def test_every_scenario_is_in_one_group_and_tables_follow_the_groups():
         "Further scenarios": ["made_up"],
     }
     found = {Job(name, 1, False): {"pi": {"rms_error_settled": 1.0}} for name in ("delay", "servo")}
-    text = ranking_markdown(collect(found))
+    text = ranking_table(collect(found), "").markdown()
     assert (
         text.index("**Where the model holds**") < text.index("| servo |") < text.index("**At the limits of the loop**")
     )

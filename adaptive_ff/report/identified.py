@@ -1,34 +1,34 @@
-"""An identified log in words: a table, a verdict, and what to do next; at most 25 lines of 80 columns."""
+"""An identified log and its open-loop score in words: a table, a verdict, and what to do next."""
 
 import shlex
 
-from rich.box import SIMPLE
-from rich.table import Table
-
 from adaptive_ff.identify.identification import SAYS
 from adaptive_ff.identify.result import CARE, GOOD, LEFT, WIDE, LogIdentification, Parameter
+from adaptive_ff.identify.score import Score
 from adaptive_ff.identify.units import unit_of
+from adaptive_ff.report.table import Cell, Table, table
 
 NAMES = {"viscous_asymmetry": "by direction", "stiction_excess": "stiction − coulomb", "torque_delay": "torque delay"}
+
+SCORES = {
+    "follows": "the model follows the joint",
+    "drifts": "the model drifts away from the joint within seconds, as open loop does where little holds a position",
+    "does not follow": "the model does not follow the joint",
+}
+"""Verdicts of a score in words."""
 
 
 def parameters_table(found: LogIdentification) -> Table:
     """Return parameters with half widths of their intervals: the textbook's model, and what refinements make of it."""
-    table = Table(box=SIMPLE, title=_title(found), title_style="bold", title_justify="left", padding=(0, 1))
-    table.add_column("", no_wrap=True)
-    table.add_column("textbook", justify="right", no_wrap=True)
-    if found.refined is not None:
-        table.add_column("refined", justify="right", no_wrap=True)
-    table.add_column("", no_wrap=True)
-    textbook, refined = found.textbook.parameters, {} if found.refined is None else found.refined.parameters
-    for name in dict.fromkeys([*textbook, *_named(refined)]):
-        cells = [_cell(textbook.get(name))]
-        if found.refined is not None:
-            cells.append(_cell(refined.get(name)))
-        table.add_row(NAMES.get(name, name.replace("_", " ")), *cells, unit_of(found.units, name))
-    left = [_percent(found.textbook.left), *([] if found.refined is None else [_percent(found.refined.left)])]
-    table.add_row("torque left", *left, "of blocks left out")
-    return table
+    models = {"textbook": found.textbook, **({} if found.refined is None else {"refined": found.refined})}
+    names = dict.fromkeys(name for model in models.values() for name in model.parameters if not _is_mapped(name))
+    rows: list[list[Cell]] = []
+    for name in names:
+        cells = [_half(model.parameters.get(name)) for model in models.values()]
+        rows.append([NAMES.get(name, name.replace("_", " ")), *cells, unit_of(found.units, name)])
+    rows.append(["torque left", *(_percent(model.left) for model in models.values()), "of segments left out"])
+    title = f"{found.used} of {found.samples} samples, band {found.bandwidth:.3g} Hz"
+    return table(title, rows, {"": None, **dict.fromkeys(models, ("", 4)), "unit": None})
 
 
 def map_table(found: LogIdentification) -> Table | None:
@@ -36,16 +36,12 @@ def map_table(found: LogIdentification) -> Table | None:
     mapped = {name: one for name, one in found.best.parameters.items() if _is_mapped(name)}
     if not mapped:
         return None
-    table = Table(title="Over position", box=SIMPLE, title_style="bold", title_justify="left")
-    for heading in ("part", found.units["torque"]):
-        table.add_column(heading, justify="left" if heading == "part" else "right", no_wrap=True)
-    for name, one in mapped.items():
-        table.add_row(name.replace("_", " "), _cell(one))
-    return table
+    rows = [[name.replace("_", " "), _half(one)] for name, one in mapped.items()]
+    return table("Over position", rows, {"part": None, found.units["torque"]: ("", 4)})
 
 
 def verdict_lines(found: LogIdentification) -> list[str]:
-    """Return the verdict with its reasons, and the next step."""
+    """Return the verdict with its reasons."""
     reasons = [f"{name}: {SAYS[code]}" for name, code in found.unidentified.items()]
     left = found.best.left
     if found.validation is not None:
@@ -73,43 +69,48 @@ def next_step(found: LogIdentification, folder: str, written: bool) -> str:
 
 def details(found: LogIdentification) -> list[str]:
     """Return how the numbers came about."""
-    percent = f"{100.0 * found.confidence:g} %"
-    lines = [
-        f"Least squares of torque and unit torques behind one zero-phase low-pass of {found.bandwidth:.3g} Hz; "
-        "inertia, Coulomb and viscous friction not negative.",
-        f"± is half of the {percent} interval: the spread that leaving out blocks of the log shows, by Student's t, "
-        "half a sample of the torque's time unless --torque-delay is given, and, on its side, what better models move.",
-        "Refinements are taken where they leave at least 10 % less (rms) of blocks that were left out, by one and a "
-        "half standard errors.",
-    ]
     ends = [
         f"{name.replace('_', ' ')} {one.lower:.4g} to {one.upper:.4g} {unit_of(found.units, name)}"
         for name, one in found.parameters.items()
     ]
-    return [*lines, f"Intervals of the textbook's model: {'; '.join(ends)}."]
+    return [
+        f"Least squares of torque and unit torques behind one zero-phase low-pass of {found.bandwidth:.3g} Hz; "
+        "inertia, Coulomb and viscous friction not negative.",
+        f"± is half of the {100.0 * found.confidence:g} % interval: the spread that leaving out segments of the log "
+        "shows, by Student's t, half a sample of the torque's time unless --torque-delay is given, and, on its side, "
+        "what better models move.",
+        "Refinements are taken where they leave at least 10 % less (rms) of segments that were left out, by one and a "
+        "half standard errors.",
+        f"Intervals of the textbook's model: {'; '.join(ends)}.",
+    ]
 
 
-def _title(found: LogIdentification) -> str:
-    return f"{found.used} of {found.samples} samples, band {found.bandwidth:.3g} Hz"
-
-
-def _named(refined: dict[str, Parameter]) -> list[str]:
-    return [name for name in refined if not _is_mapped(name)]
+def score_lines(score: Score) -> list[str]:
+    """Return what an open-loop score says, a sentence each."""
+    unit = "mm" if score.linear else "mrad"
+    whole, windows, moved, training, close = (
+        f"{1e3 * value:.3g} {unit}"
+        for value in (score.rms, score.windows, score.moved, score.training_rms, score.training_windows)
+    )
+    return [
+        f"Open loop on {score.tested}: {whole} rms, fit {score.fit:.4g} %; in windows of 1 s "
+        f"{windows} of the {moved} moved.",
+        f"On the log that was identified: {training}; in windows {close}. Torque left on the other: "
+        f"{_percent(score.torque_left)}.",
+        f"Verdict: {SCORES[score.grade]}.",
+    ]
 
 
 def _is_mapped(name: str) -> bool:
     return name.startswith(("force_", "friction_")) and name != "friction_lag"
 
 
-def _cell(one: Parameter | None) -> str:
-    if one is None:
-        return ""
-    half = 0.5 * (one.upper - one.lower)
-    return f"{one.value:.4g} ± {half:.2g}"
+def _half(one: Parameter | None) -> Cell:
+    return "" if one is None else (one.value, 0.5 * (one.upper - one.lower))
 
 
-def _percent(share: float) -> str:
-    return f"{100.0 * share:.2g} %"
+def _percent(part: float) -> str:
+    return f"{100.0 * part:.2g} %"
 
 
 def _moved(found: LogIdentification) -> str:

@@ -1,0 +1,138 @@
+"""Commands ``scenarios``, ``matrix`` and ``sweep``: the scenarios of the package, controllers over many, or joints."""
+
+from functools import partial
+from pathlib import Path
+from textwrap import fill
+from typing import Annotated
+
+import typer
+
+from adaptive_ff.cli.cluster import workers
+from adaptive_ff.cli.options import Output, OwnControllers, ScenarioFile, Scheduler
+from adaptive_ff.cli.output import bars
+from adaptive_ff.errors import InputError
+
+SHOWN = ("oracle", "lagged_batch", "adaptive")
+"""Controllers beside ``pi`` where none are chosen: the two yardsticks that matter, and ours."""
+
+ALL = "all"
+LEFT_OUT = frozenset({"fixed"})
+"""Its parameters stand in a table that these scenarios do not have; the fixed feedforwards are there by other names."""
+
+
+def matrix_command(
+    own: OwnControllers = None,
+    only: Annotated[list[str] | None, typer.Option(help="Scenario to run; may be given several times.")] = None,
+    controller: Annotated[
+        list[str] | None,
+        typer.Option(help=f"Controller to run beside pi, or {ALL!r}; by default {', '.join(SHOWN)}. May be repeated."),
+    ] = None,
+    seeds: Annotated[int, typer.Option(min=1, help="Number of seeds, from 1 on.")] = 5,
+    fastest: Annotated[bool, typer.Option(help="Also run everything with the fastest PI loop.")] = False,
+    scheduler: Scheduler = None,
+    output: Output = Output(out=Path("results/matrix")),  # noqa: B008 - the defaults of the options
+) -> None:
+    """Run controllers on all scenarios of the package over several seeds, and say who wins where."""
+    from adaptive_ff.comparison.comparison import BASELINE
+    from adaptive_ff.comparison.own import check_own_names, named_own
+    from adaptive_ff.comparison.reference_lines import NOISE_FLOOR
+    from adaptive_ff.comparison.registry import CONTROLLERS
+    from adaptive_ff.report.matrix_files import matrix_rows, matrix_tables, write_matrix
+    from adaptive_ff.scenario.library import scenario_names
+    from adaptive_ff.studies.matrix import Job, run_matrix
+
+    mine = named_own(own or [])
+    check_own_names(mine, CONTROLLERS)
+    known = [*(name for name in CONTROLLERS if name not in LEFT_OUT), NOISE_FLOOR]
+    chosen = known if ALL in (controller or ()) else _chosen("--controller", controller or list(SHOWN), known)
+    scenarios = _chosen("--only", only, scenario_names())
+    loops = [False, True] if fastest else [False]
+    jobs = [Job(scenario, seed, fast) for fast in loops for scenario in scenarios for seed in range(1, seeds + 1)]
+    with workers(scheduler) as executor, bars("runs") as done:
+        names = list(dict.fromkeys([BASELINE, *chosen]))
+        found = run_matrix(jobs, names, output.out, own=mine, executor=executor, progress=partial(done, "runs"))
+    figures = write_matrix(found, output.out, output.drawn)
+    with output.results() as results:
+        title = f"{len(scenarios)} scenarios, seeds 1 to {seeds}"
+        results.write("", {"runs": matrix_rows(found)}, matrix_tables(found), figures, title=title)
+        results.shown.append(f"All tables, pictures and the runs behind them are in {output.out}")
+
+
+def _chosen(option: str, given: list[str] | None, known: list[str]) -> list[str]:
+    for name in given or []:
+        if name not in known:
+            raise InputError(f"{option}: {name!r} is not known; there are {', '.join(known)}")
+    return [name for name in known if not given or name in given]
+
+
+def sweep_command(
+    scenario: ScenarioFile = None,
+    own: OwnControllers = None,
+    controller: Annotated[
+        list[str] | None,
+        typer.Option(help="Further controller of the package to run beside them. May be given several times."),
+    ] = None,
+    runs: Annotated[int, typer.Option(min=1, help="Number of joints to draw.")] = 1000,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the draws.")] = 1,
+    scheduler: Scheduler = None,
+    output: Output = Output(),  # noqa: B008
+) -> None:
+    """Draw joints at random, and show how pi, oracle, adaptive and further controllers fare on them."""
+    from adaptive_ff.comparison.own import named_own
+    from adaptive_ff.report.study_pictures import plot_sweep
+    from adaptive_ff.report.tables import sweep_tables
+    from adaptive_ff.scenario.file import to_toml
+    from adaptive_ff.scenario.scenario import load_scenario
+    from adaptive_ff.studies.drawn_joints import draw_scenario
+    from adaptive_ff.studies.sweep import refusals, summary, sweep
+
+    mine, loaded = named_own(own or []), load_scenario(scenario)
+    with output.results() as results, workers(scheduler) as executor:
+        with bars("joints") as done:
+            outcomes = sweep(
+                loaded,
+                runs,
+                seed,
+                own=mine,
+                rivals=controller or [],
+                folder=output.out,
+                executor=executor,
+                progress=partial(done, "joints"),
+            )
+        refused = [f"{count} joints refused: {reason}" for reason, count in refusals(outcomes).items()]
+        if all(outcome.refused for outcome in outcomes):
+            raise InputError(f"{loaded.name}: none of {runs} joints can be run; {'; '.join(refused)}")
+        result = summary(outcomes, seed)
+        for rank, case in enumerate(result["worst"], start=1):
+            text = to_toml(draw_scenario(loaded, seed, case["draw"]))
+            (results.stage / f"worst-{rank}.toml").write_text(text, encoding="utf-8")
+        figure = plot_sweep(outcomes, f"around {loaded.name}, seed {seed}", len(result["worst"]))
+        worse = f"{100 * result['worse_than_pi']:.2g} % of the joints that ran"
+        shown = [*sweep_tables(result), f"Whole run more than 5 % worse than pi: {worse}", *refused]
+        title = f"{runs} joints drawn around {loaded.name}, seed {seed}"
+        figures, details = (
+            {} if figure is None else {"sweep": figure},
+            {"Scenario that they are drawn around": to_toml(loaded)},
+        )
+        results.write("sweep.json", result, shown, figures, title=title, details=details)
+        results.shown.append(f"sweep.json, its picture and the worst cases are in {output.out}")
+
+
+def scenarios_command(
+    text: Annotated[str, typer.Argument(help="Say what those are whose name or line has this text in it.")] = "",
+) -> None:
+    """Print the scenarios of the package; every command takes their names as its SCENARIO."""
+    from adaptive_ff.scenario.library import scenario_names, scenario_title
+    from adaptive_ff.studies.ranking import grouped
+
+    titles = {name: scenario_title(name) for name in scenario_names()}
+    if not text:
+        for group, names in grouped(titles).items():
+            typer.echo(f"{group}:\n{fill(', '.join(names), 78, initial_indent='  ', subsequent_indent='  ')}")
+        typer.echo("adaptive-ff scenarios TEXT says what those are that have the text in their name or line.")
+        return
+    found = {name: title for name, title in titles.items() if text.lower() in f"{name} {title}".lower()}
+    if not found:
+        raise InputError(f"TEXT = {text!r} is in no scenario; adaptive-ff scenarios lists all")
+    for name, title in found.items():
+        typer.echo(f"{name:{max(map(len, found))}}  {title}")

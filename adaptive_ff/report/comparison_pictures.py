@@ -1,0 +1,392 @@
+"""Pictures of a run and of a comparison."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from itertools import cycle, product
+from pathlib import Path
+
+import numpy as np
+from matplotlib import rc_context
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from adaptive_ff.comparison.comparison import BASELINE, Comparison
+from adaptive_ff.comparison.registry import CONTROLLERS
+from adaptive_ff.comparison.run import Run
+from adaptive_ff.friction.model import TorqueModel, model_friction, unit_of
+from adaptive_ff.report.style import (
+    INK,
+    LIMIT,
+    QUIET,
+    STYLE,
+    TRUTH,
+    Look,
+    Panel,
+    Series,
+    draw_series,
+    explain_looks,
+    frame,
+    label_above,
+    make_logarithmic,
+    make_panels,
+    peak_of,
+    picture,
+    plain_name,
+    stamp,
+    typical_peak,
+    write_into,
+    write_to,
+)
+from adaptive_ff.report.table import DEVIATIONS
+from adaptive_ff.scenario.axis_units import axis_label, axis_unit
+from adaptive_ff.scenario.scenario import Scenario
+from adaptive_ff.scenario.truth import true_waves
+from adaptive_ff.simulation.loop import joint_in_phase
+from adaptive_ff.simulation.metrics import settled_start
+from plant import sliding_friction
+
+CLOSE_UP = 6.0  # s, length of a close-up
+RMS_WINDOW = 2.0  # s, length of the running rms error; at least a hundredth of the run
+RMS_PARTS = 600  # that a run is divided into for the running rms error
+NEAR = 0.95  # of the torque limit
+ROOM = 1.3  # a panel of estimates goes to this multiple of the truth at least
+
+LOOKS: dict[str, Look] = {
+    "pi": {"color": "#a6a6a6", "linewidth": 2.0},
+    "pi_inertia": {"color": "#56b4e9"},
+    "fixed": {"color": "#009e73"},
+    "oracle": {"color": "#000000", "linestyle": (0, (3, 2)), "zorder": 2.5},
+    "adaptive_paper": {"color": "#7b5aa6"},
+    "adaptive": {"color": "#d55e00", "linewidth": 1.5, "zorder": 2.4},
+}
+"""Looks of the controllers of the main job, for colour-blind eyes too; others take the next of a cycle."""
+
+OTHER_COLOURS = ("#0072b2", "#cc79a7", "#b89b00", "#882255", "#332288", "#44aa99")
+OTHER_DASHES = ("-", "-.", ":")
+
+OWN: Look = {"linewidth": 1.8, "zorder": 2.45}
+"""What a user's own controllers have beside a colour of their own: they stand out."""
+
+REFERENCE: Look = {"color": INK, "linewidth": 0.7, "zorder": 2.6, "label": "reference"}
+TORQUE: Look = {"linewidth": 0.7, "alpha": 0.5, "drawstyle": "steps-post", "label": "torque"}
+FEEDFORWARD: Look = {"linewidth": 1.2, "drawstyle": "steps-post", "label": "feedforward in it"}
+TORQUE_LIMIT: Look = {**LIMIT, "label": "torque limit"}
+CHANGE: Look = {"color": INK, "linewidth": 0.9, "linestyle": (0, (1, 2)), "zorder": 1.5}
+BAND: Look = {"color": "#999999", "linewidth": 6.0, "alpha": 0.5, "label": f"± {DEVIATIONS:g} standard deviations"}
+MODEL: Look = {"color": "#0072b2", "label": "model: probability of a change, torque fed forward"}
+OBSERVER: Look = {"color": "#d55e00", "label": "observer: gain, torque fed back"}
+FEEDBACK: Look = {"color": QUIET, "label": "PI loop"}
+ERROR: Look = {"color": INK, "label": "error"}
+
+PICTURES = ("tracking", "torque", "estimates", "stribeck", "supervision", "friction_map")
+"""Names of the pictures of a comparison, of which it has those that it can."""
+
+FRICTION = {"coulomb", "stiction", "viscous"}  # make a friction curve
+SUPERVISED = frozenset({"change_probability", "observer_gain", "observer_torque"})
+"""What a run must record of its controller for a picture of its supervision."""
+
+
+def looks_of(names: Iterable[str]) -> dict[str, Look]:
+    """Give each controller its look: its own if it is known, else the next of a cycle."""
+    spare = cycle({"color": colour, "linestyle": dashes} for dashes, colour in product(OTHER_DASHES, OTHER_COLOURS))
+    looks: dict[str, Look] = {}
+    for name in names:
+        highlight = {} if name in CONTROLLERS else OWN
+        looks[name] = {**(LOOKS.get(name) or {**next(spare), **highlight}), "label": plain_name(name)}
+    return looks
+
+
+def origin(scenario: Scenario) -> str:
+    """Return what a picture says of where it comes from."""
+    return f"{scenario.name}, seed {scenario.seed}"
+
+
+def mark_changes(panels: Sequence[Axes], scenario: Scenario) -> list[Look]:
+    """Mark the changes of the joint; return what the legend shall explain."""
+    for axes in panels:
+        for change in scenario.change:
+            axes.axvline(change.time, **CHANGE)
+    if not scenario.change:
+        return []
+    kinds = {name for change in scenario.change for name in change.model_fields_set}
+    several = "friction changes" if kinds <= {"time", "friction_scale"} else "the joint changes"
+    return [{**CHANGE, "label": scenario.change[0].text if len(scenario.change) == 1 else several}]
+
+
+def plot_run(run: Run, path: str | Path | None = None) -> Figure:
+    """Draw one run: tracking, error, with a position loop that of the position, torque with the feedforward in it.
+
+    Parameters
+    ----------
+    run : Run
+        The run.
+    path : str or Path, optional
+        Where to write the picture: PNG, or what the ending of the name says.
+
+    Returns
+    -------
+    Figure
+        Three or four panels over the whole run.
+    """
+    look = {**looks_of([run.name])[run.name], "linestyle": "-"}
+    thin, axis, time = {**look, "linewidth": 0.8}, run.scenario.joint.axis, run.solver_time
+    velocity = {**look, "label": f"velocity with {look['label']}"}
+    panels = [
+        Panel(axis_label(axis, "velocity (rad/s)"), [(time, run.reference, REFERENCE), (time, run.velocity, look)]),
+        Panel(axis_label(axis, "error (mrad/s)"), [(time, 1e3 * (run.reference - run.velocity), thin)]),
+    ]
+    if run.position_error is not None:
+        panels.append(Panel(axis_label(axis, "position error (mrad)"), [(time, 1e3 * run.position_error, thin)]))
+    panels.append(_torques(run, slice(None), look, axis_label(axis, "torque (N m)")))
+    keys = [REFERENCE, velocity, *(look for *_, look in panels[-1].curves), *(look for _, look in panels[-1].lines[:1])]
+    with rc_context(STYLE):
+        span = (0.0, float(time[-1]))
+        changes = mark_changes([], run.scenario)
+        figure, drawn = picture(panels, 2.0 * len(panels), source=origin(run.scenario), keys=[*keys, *changes])
+        mark_changes(drawn, run.scenario)
+        drawn[-1].set_xlim(span)
+        write_to(figure, path)
+    return figure
+
+
+def plot_comparison(comparison: Comparison, folder: str | Path | None = None) -> dict[str, Figure]:
+    """Draw the pictures of a comparison.
+
+    Parameters
+    ----------
+    comparison : Comparison
+        The comparison.
+    folder : str or Path, optional
+        Where to write each picture as ``NAME.png``; it is made where it is missing.
+
+    Returns
+    -------
+    dict of Figure
+        ``tracking`` and ``torque``; ``estimates`` where a controller estimates, ``stribeck`` where its estimates make a
+        friction curve, ``supervision`` where a controller is supervised, and ``friction_map`` where one learns friction
+        over position.
+
+    Raises
+    ------
+    ValueError
+        The comparison has no runs.
+    """
+    runs = comparison.runs
+    if not runs:
+        raise ValueError("comparison.runs is empty; there is nothing to draw")
+    looks = looks_of(runs)
+    estimating = {name: run for name, run in runs.items() if run.estimates}
+    with rc_context(STYLE):
+        figures = {"tracking": _tracking(runs, looks), "torque": _torque(runs, looks)}
+        if estimating:
+            figures["estimates"] = _estimates(estimating, looks)
+        if any(run.estimates.keys() >= FRICTION for run in estimating.values()):
+            figures["stribeck"] = _stribeck(comparison, looks)
+        supervised = [run for run in runs.values() if run.monitors.keys() >= SUPERVISED]
+        if supervised:
+            figures["supervision"] = _supervision(supervised[-1])
+        if any(run.friction_map is not None and run.friction_map.position.size for run in runs.values()):
+            figures["friction_map"] = _friction_map(comparison, looks)
+        stamp(figures.values(), origin(comparison.scenario))
+    return write_into(figures, folder)
+
+
+def _tracking(runs: Mapping[str, Run], looks: Mapping[str, Look]) -> Figure:
+    first = next(iter(runs.values()))
+    positions = {name: 1e3 * run.position_error for name, run in runs.items() if run.position_error is not None}
+    several = 4 if positions else 3
+    figure, panels = make_panels(several, 2.4 * several, shared=False)
+    tracking, error, rms = panels[0], panels[1], panels[-1]
+    axis, part = first.scenario.joint.axis, _close_up(first)
+    time, reference = first.solver_time[part], first.reference[part]
+    velocities = {name: runs[name].velocity[part] for name in _most_different(runs)}
+    errors = {name: 1e3 * (run.reference - run.velocity) for name, run in runs.items()}
+    draw_series(tracking, time, reference, REFERENCE)
+    for axes, curves in (
+        (tracking, velocities),
+        (error, {name: whole[part] for name, whole in errors.items()}),
+        (panels[2], {name: whole[part] for name, whole in positions.items()}),
+    ):
+        for name, curve in curves.items():
+            draw_series(axes, time, curve, looks[name])
+        if axes is not tracking and curves:
+            frame([axes], curves, 20.0 * typical_peak(curves))
+    frame([tracking], {"": reference, **velocities}, 3.0 * peak_of(reference) or 20.0 * typical_peak(velocities))
+    window = 0.0
+    for name, whole in errors.items():
+        ends, squares, window = _running_rms(first.solver_time, whole)
+        rms.plot(ends, squares, **looks[name])
+    make_logarithmic(rms, min(window, 0.1 * float(first.solver_time[-1])))
+    label_above(tracking, axis_label(axis, "velocity (rad/s), close-up"))
+    label_above(error, axis_label(axis, "error (mrad/s), same close-up"))
+    if positions:
+        label_above(panels[2], axis_label(axis, "position error (mrad), same close-up"))
+    unit = axis_label(axis, "mrad/s")
+    label_above(rms, f"rms error over the last {window:.3g} s ({unit}), whole run, close-up shaded")
+    for axes in panels[:-1]:
+        axes.set(xlim=(time[0], time[-1]))
+        axes.tick_params(labelbottom=axes is panels[-2])
+    panels[-2].set(xlabel="time (s)")
+    rms.set(xlim=(0.0, first.solver_time[-1]), xlabel="time (s)")
+    rms.axvspan(time[0], time[-1], color="#f0f0f0", zorder=0.4)
+    explain_looks(figure, [REFERENCE, *looks.values(), *mark_changes(panels, first.scenario)])
+    return figure
+
+
+def _torque(runs: Mapping[str, Run], looks: Mapping[str, Look]) -> Figure:
+    feeding = {name for name, run in runs.items() if np.any(run.feedforward)}
+    drawn = {name: run for name, run in runs.items() if not feeding or name in feeding or name not in CONTROLLERS}
+    first = next(iter(runs.values()))
+    start, end = first.solver_time[_close_up(first)][[0, -1]]
+    begin, stop = np.searchsorted(first.time, (start, end), side="right")
+    part = slice(begin - 1, stop)  # the torque at the start is held from the sample before
+    label = axis_label(first.scenario.joint.axis, "torque (N m)")
+    panels = [_torques(run, part, looks[name], f"{label} with {looks[name]['label']}") for name, run in drawn.items()]
+    explained = [
+        look for one in panels for look in [*(look for *_, look in one.curves), *(look for _, look in one.lines)]
+    ]
+    keys = {str(look["label"]): {**look, "color": QUIET} for look in explained}
+    figure, axes = picture(panels, 0.8 + 1.2 * len(panels), keys=keys.values())
+    torques = {name: run.torque[part] for name, run in drawn.items()}
+    parts = {f"feedforward of {name}": run.feedforward[part] for name, run in drawn.items()}
+    frame(axes, {**torques, **parts}, 3.0 * typical_peak(torques))
+    axes[-1].set_xlim(start, end)
+    return figure
+
+
+def _torques(run: Run, part: slice, look: Look, label: str) -> Panel:
+    """Return a panel of the torque, the feedforward in it and the limit that it comes near."""
+    time, color, lines = run.time[part], look["color"], []
+    curves = [(time, run.torque[part], {"color": color, **TORQUE})]
+    if np.any(run.feedforward):
+        curves.append((time, run.feedforward[part], {"color": color, **FEEDFORWARD}))
+    limit = run.scenario.actuator.torque_limit
+    if limit is not None and peak_of(run.torque[part]) > NEAR * limit:
+        lines = [(limit, TORQUE_LIMIT), (-limit, TORQUE_LIMIT)]
+    return Panel(label, curves, lines)
+
+
+def _estimates(runs: Mapping[str, Run], looks: Mapping[str, Look]) -> Figure:
+    """Draw the estimates beside the truth, in bands of their uncertainty, a panel a parameter."""
+    names = list(dict.fromkeys(name for run in runs.values() for name in run.estimates))
+    figure, panels = make_panels(len(names), 0.8 + 1.2 * len(names))
+    first = next(iter(runs.values()))
+    plan, end = first.scenario.plan, float(first.solver_time[-1])
+    joints = [joint_in_phase(first.scenario.joint.parameters, plan, phase) for phase in range(plan.starts.size)]
+    starts = [*(plan.starts * first.scenario.joint.solver_period), end]
+    truths = [
+        {**true_waves(first.scenario), **one.friction._asdict(), **one._asdict(), "friction": None} for one in joints
+    ]
+    for axes, name in zip(panels, names, strict=True):
+        known = {key: run for key, run in runs.items() if name in run.estimates}
+        curves = {key: draw_series(axes, run.time, run.estimates[name], looks[key]) for key, run in known.items()}
+        last_bands: list[Series] = []
+        for key, run in known.items():
+            if name in run.uncertainties:
+                time, spread = run.uncertainty_time, DEVIATIONS * run.uncertainties[name]
+                middle = np.interp(time, run.time, run.estimates[name])
+                axes.fill_between(time, middle - spread, middle + spread, color=looks[key]["color"], alpha=0.25, lw=0.0)
+                last_bands.append(spread[-1] * np.array([-1.0, 1.0]))
+        truth = np.array([one[name] for one in truths if one.get(name) is not None])
+        if truth.size:
+            axes.plot(starts, [*truth, truth[-1]], drawstyle="steps-post", **TRUTH)
+        bands = [] if any(np.any(curve) for curve in curves.values()) else last_bands  # else nothing sets the scale
+        inside = np.concatenate([truth, ROOM * truth, [0.0], *bands])
+        frame([axes], {"": inside, **curves}, 2.0 * (peak_of(truth) or typical_peak(curves)))
+        unit = axis_unit(first.scenario.joint.axis, unit_of(name))
+        label_above(axes, plain_name(name.replace("_", " ")) + (f" ({unit})" if unit else ""))
+    panels[-1].set(xlim=(0.0, end), xlabel="time (s)")
+    band = [BAND] if any(run.uncertainties for run in runs.values()) else []
+    explain_looks(figure, [TRUTH, *(looks[name] for name in runs), *band, *mark_changes(panels, first.scenario)])
+    return figure
+
+
+def _stribeck(comparison: Comparison, looks: Mapping[str, Look]) -> Figure:
+    scenario, runs = comparison.scenario, comparison.runs
+    first, axis = next(iter(runs.values())), scenario.joint.axis
+    peak = peak_of(first.reference) or 5.0 * scenario.joint.stribeck_velocity
+    speeds = peak * np.linspace(0.0, 1.0, 200) ** 2  # denser where the curve bends
+    models = {name: _identified(run) for name, run in runs.items() if run.estimates.keys() >= FRICTION}
+    if "fixed" in runs:
+        models = {"fixed": scenario.fixed.model, **models}
+    curves = {name: np.array([model_friction(model, speed) for speed in speeds]) for name, model in models.items()}
+    true = joint_in_phase(scenario.joint.parameters, scenario.plan, -1).friction
+    truth = np.array([sliding_friction(true, speed) for speed in speeds])
+    label = axis_label(axis, "friction torque while sliding (N m)")
+    drawn = [(speeds, truth, TRUTH), *((speeds, curve, looks[name]) for name, curve in curves.items())]
+    panel = Panel(
+        f"{label}, as identified after {first.solver_time[-1]:.4g} s",
+        drawn,
+        span=(0.0, peak),
+        cap=2.0 * (peak_of(truth) or typical_peak(curves)),
+    )
+    return picture([panel], 3.8, axis_label(axis, "speed (rad/s)"))[0]
+
+
+def _identified(run: Run) -> TorqueModel:
+    """Return the model at the end of a run; what is not estimated is as the controller assumes it."""
+    assumed = run.scenario.adaptation
+    known = {name: value for name, value in run.final_estimates.items() if name in TorqueModel._fields}
+    return TorqueModel(0.0, 0.0, 0.0, 0.0, 0.0, assumed.stribeck_velocity, assumed.stribeck_shape)._replace(**known)
+
+
+def _supervision(run: Run) -> Figure:
+    """Draw error, probability of a change and gain, and the torque by source, over the whole run."""
+    axis, time, observed = run.scenario.joint.axis, run.time, run.monitors["observer_torque"]
+    error = [(run.solver_time, 1e3 * (run.reference - run.velocity), ERROR)]
+    gains = [(time, run.monitors["change_probability"], MODEL), (time, run.monitors["observer_gain"], OBSERVER)]
+    feedback = run.torque - run.feedforward - observed
+    torques = [(time, feedback, FEEDBACK), (time, run.feedforward, MODEL), (time, observed, OBSERVER)]
+    panels = [
+        Panel(axis_label(axis, "velocity error (mrad/s)"), error),
+        Panel("probability of a change and observer gain, from 0 to 1", gains, limits=(-0.05, 1.08)),
+        Panel(axis_label(axis, "torque (N m) by source"), torques, span=(0.0, float(run.solver_time[-1]))),
+    ]
+    figure, drawn = picture(panels, 6.4, keys=[MODEL, OBSERVER, FEEDBACK])
+    mark_changes(drawn, run.scenario)
+    return figure
+
+
+def _friction_map(comparison: Comparison, looks: Mapping[str, Look]) -> Figure:
+    """Draw friction over its mean along the position, a curve a controller, and the truth."""
+    maps = {name: run.friction_map for name, run in comparison.runs.items() if run.friction_map is not None}
+    curves = [(one.position, one.factor, looks[name]) for name, one in maps.items() if one.position.size]
+    low, high = min(x[0] for x, *_ in curves), max(x[-1] for x, *_ in curves)
+    position, variation = np.linspace(low, high, 1000), comparison.scenario.variation
+    truth = 1.0 + variation.position_amplitude * np.sin(2.0 * np.pi * position / variation.position_period)
+    label = "friction over its mean, as learnt at the end of the run"
+    panel = Panel(label, [*curves, (position, truth, TRUTH)], span=(low, high))
+    return picture([panel], 3.8, axis_label(comparison.scenario.joint.axis, "position (rad)"))[0]
+
+
+def _most_different(runs: Mapping[str, Run]) -> list[str]:
+    """Choose controllers whose velocities differ most: baseline, two of the user's own, adaptive; or best and worst."""
+    own = [name for name in runs if name not in CONTROLLERS][:2]
+    chosen = [name for name in (BASELINE, *own, "adaptive") if name in runs]
+    ranked = sorted(runs, key=lambda name: runs[name].metrics.rms_error_settled)
+    return chosen if len(chosen) > 1 else list(dict.fromkeys([*chosen, ranked[0], ranked[-1]]))
+
+
+def _close_up(run: Run) -> slice:
+    """Choose the stretch of the solver's grid with most reversals in the settled part."""
+    time, reference = run.solver_time, run.reference
+    settled, latest = settled_start(run.scenario.last_change, time[-1]), time[-1] - CLOSE_UP
+    begin = latest  # where the settled part is too short; the start where the run is
+    if latest > settled:
+        moving = np.flatnonzero(reference)
+        turns = time[moving[1:][np.diff(np.sign(reference[moving])) != 0.0]]
+        turns = turns[turns >= settled]
+        begins = np.clip([*(turns - 0.1 * CLOSE_UP), latest], settled, latest)
+        count = np.searchsorted(turns, begins + CLOSE_UP) - np.searchsorted(turns, begins)
+        begin = begins[np.argmax(count)]
+    start = int(np.searchsorted(time, begin))
+    return slice(start, int(np.searchsorted(time, time[start] + CLOSE_UP, side="right")))
+
+
+def _running_rms(time: Series, error: Series) -> tuple[Series, Series, float]:
+    """Return times, the rms error over the last seconds before each, and how many; at the start over what there is."""
+    count = min(RMS_PARTS, time.size)
+    edges = np.linspace(0, time.size, count + 1).astype(np.intp)
+    parts = count if time[-1] < RMS_WINDOW else max(1, round(RMS_WINDOW * count / time[-1]), count // 100)
+    squares = np.convolve(np.add.reduceat(np.square(error), edges[:-1]), np.ones(parts))[:count]
+    sizes = np.convolve(np.diff(edges), np.ones(parts))[:count]
+    return time[edges[1:] - 1], np.sqrt(squares / sizes), float(parts * time[-1] / count)

@@ -1,0 +1,204 @@
+"""Pictures of what was made of a recorded log: identification, replay, open-loop score."""
+
+from pathlib import Path
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from adaptive_ff.identify.result import LogIdentification
+from adaptive_ff.identify.score import Score
+from adaptive_ff.replay.replay import COLD, FIXED, RECORDED, SAVED, Replay
+from adaptive_ff.report.style import INK, MEASURED, Look, Panel, Series, picture, write_into
+
+MODEL: Look = {"color": "#d55e00", "linewidth": 1.0, "label": "inertia and friction as identified"}
+LEFT: Look = {"color": "#0072b2", "linewidth": 0.8, "label": "measured − identified"}
+ROWS: Look = {"color": "#9ec5e0", "marker": ".", "markersize": 2.5, "linestyle": "", "label": "rows of the log"}
+MEANS: Look = {"color": "#0072b2", "marker": "o", "markersize": 3.5, "linestyle": "", "label": "mean in a bin"}
+TEXTBOOK: Look = {"color": INK, "linewidth": 0.8, "linestyle": (0, (3, 2)), "label": "textbook"}
+SIMULATED: Look = {"color": "#d55e00", "linewidth": 1.0, "label": "simulated from the torque alone"}
+ERROR: Look = {"color": "#0072b2", "linewidth": 1.0, "label": "simulated − measured"}
+NEEDED: Look = {**MEASURED, "label": "torque that was needed"}
+LOOKS: dict[str, Look] = {
+    RECORDED: {"color": "#009e73", "linewidth": 1.0, "label": "the machine's own feedforward"},
+    FIXED: {"color": "#0072b2", "linewidth": 1.0, "label": "fixed model of the first half"},
+    COLD: {"color": "#d55e00", "linewidth": 1.0, "label": "adaptive, cold start"},
+    SAVED: {"color": "#7b5aa6", "linewidth": 1.0, "label": "adaptive, from a saved state"},
+}
+
+PICTURES = ("identified_torque", "friction", "identified_map")
+"""Names of the pictures of an identification; without friction or force over position there is no map."""
+
+CLOSE_UP = 0.1
+"""Length of a close-up over that of the log."""
+
+
+def plot_identification(found: LogIdentification, folder: str | Path | None = None) -> dict[str, Figure]:
+    """Draw the report of an identified log.
+
+    Parameters
+    ----------
+    found : LogIdentification
+        The joint.
+    folder : str or Path, optional
+        Where to write each picture as ``NAME.png``; it is made where it is missing.
+
+    Returns
+    -------
+    dict of Figure
+        ``identified_torque``: torque over time, measured and identified; ``friction``: friction and residual over the
+        velocity; ``identified_map``: friction and force over position, where the model has them.
+    """
+    figures = {"identified_torque": _torque(found), "friction": _friction(found)}
+    if any(name.startswith(("force_", "friction_")) and name != "friction_lag" for name in found.best.values):
+        figures["identified_map"] = _map(found)
+    return write_into(figures, folder)
+
+
+def _torque(found: LogIdentification) -> Figure:
+    rows, unit, name = found.rows, found.units["torque"], Path(found.name).name
+    gaps = np.diff(rows.time, prepend=rows.time[0]) > 3.0 * float(np.median(np.diff(rows.time)))
+    fitted = np.where(gaps, np.nan, rows.fitted)
+    curves = [(rows.time, rows.torque, MEASURED), (rows.time, fitted, MODEL)]
+    panels = [
+        Panel(f"{name}: torque ({unit}) in a band of {found.bandwidth:.3g} Hz, while sliding", curves),
+        Panel(f"torque ({unit}), close-up", curves, span=_close_up(rows.time, rows.torque)),
+        Panel(f"residual ({unit})", [(rows.time, rows.torque - fitted, LEFT)]),
+    ]
+    return picture(panels, 7.0, source=found.name, shared=False)[0]
+
+
+def _friction(found: LogIdentification) -> Figure:
+    rows, unit = found.rows, found.units["torque"]
+    residual = rows.torque - rows.fitted
+    friction = residual + found.friction(rows.velocity)
+    part, points = slice(None, None, max(1, rows.velocity.size // 5000)), found.friction_points()
+    left = points["torque"] - found.friction(points["velocity"])
+    curves = [(rows.velocity[part], friction[part], ROWS), (points["velocity"], points["torque"], MEANS)]
+    below = [(rows.velocity[part], residual[part], ROWS), (points["velocity"], left, MEANS)]
+    values = found.textbook.values
+    for side in (-1.0, 1.0):
+        fastest = float(np.max(side * rows.velocity, initial=0.0))
+        if fastest > 0.0:
+            speeds = side * (1e-3 * fastest + 0.999 * fastest * np.linspace(0.0, 1.0, 400) ** 2)
+            curves.append((speeds, found.friction(speeds), {**MODEL, "zorder": 2.6}))
+            if found.refined is not None:
+                line = side * values.get("coulomb", 0.0) + values.get("viscous", 0.0) * speeds
+                curves.append((speeds, line + values.get("offset", 0.0), TEXTBOOK))
+    low, high = (float(end) for end in np.quantile(friction, (0.002, 0.998)))
+    margin = 0.15 * (high - low)
+    panels = [
+        Panel(
+            f"{Path(found.name).name}: friction ({unit}), offset included", curves, limits=(low - margin, high + margin)
+        ),
+        Panel(f"measured − identified ({unit})", below, [(0.0, MODEL)]),
+    ]
+    return picture(panels, 6.4, f"velocity ({found.units['velocity']})", source=found.name)[0]
+
+
+def _map(found: LogIdentification) -> Figure:
+    place, rows = found.place, found.rows
+    position = np.linspace(float(rows.position.min()), float(rows.position.max()), 400)
+    curves: list[tuple[Series, Series, Look]] = []
+    for kind, look in (("friction", MODEL), ("force", LEFT)):
+        parts = {name: found.value(f"{kind}_{name}") for name in place.names}
+        if any(parts.values()):
+            curve = sum((value * place.share(name, position) for name, value in parts.items()), np.zeros(position.size))
+            curves.append((position, curve, {**look, "label": f"{kind} over position"}))
+    panel = Panel(f"{Path(found.name).name}: beside its mean ({found.units['torque']})", curves)
+    xlabel = f"position ({found.units['velocity'].removesuffix('/s')})"
+    return picture([panel], 3.2, xlabel, source=found.name)[0]
+
+
+def plot_score(score: Score, folder: str | Path | None = None) -> dict[str, Figure]:
+    """Draw measured and simulated position of the other log, and their difference below; ``score.png`` in a folder."""
+    unit = "m" if score.linear else "rad"
+    names = f"{Path(score.tested).name}, trained on {Path(score.trained).name}"
+    panels = [
+        Panel(
+            f"position ({unit}) of {names}",
+            [(score.time, score.measured, MEASURED), (score.time, score.simulated, SIMULATED)],
+        ),
+        Panel(
+            f"error (m{unit}), {1e3 * score.rms:.3g} rms",
+            [(score.time, 1e3 * (score.simulated - score.measured), ERROR)],
+            span=(float(score.time[0]), float(score.time[-1])),
+        ),
+    ]
+    figure, _ = picture(panels, 5.2, source=f"{score.tested}, trained on {score.trained}")
+    return write_into({"score": figure}, folder)
+
+
+def plot_replay(replay: Replay, folder: str | Path | None = None) -> dict[str, Figure]:
+    """Draw a replay.
+
+    Parameters
+    ----------
+    replay : Replay
+        The log replayed.
+    folder : str or Path, optional
+        Where to write each picture as ``NAME.png``; it is made where it is missing.
+
+    Returns
+    -------
+    dict of Figure
+        ``replay``: the torque that was needed over time; each feedforward beside it in a panel of its own, in a
+        close-up around the fastest change; what each leaves, in panels of one scale; ``estimates``: the parameters over
+        time.
+    """
+    return write_into({"replay": _torques(replay), "estimates": _estimates(replay)}, folder)
+
+
+def _torques(replay: Replay) -> Figure:
+    series, time, unit = replay.series, replay.series.time, replay.unit
+    names = [name for name in LOOKS if name in series.feedforward]
+    needed, near = (time, series.needed, NEEDED), _close_up(time, series.needed)
+    whole = (float(time[0]), float(time[-1]))
+    left = {name: series.needed - series.feedforward[name] for name in names}
+    limit = 1.3 * float(np.quantile(np.abs(np.concatenate(list(left.values()))), 0.998))
+    title = (
+        f"{Path(replay.name).name}: torque that was needed ({unit}), band {replay.band:.3g} Hz; shaded: the close-up"
+    )
+    panels = [Panel(title, [needed], span=whole)]
+    panels += [
+        Panel(
+            f"close-up ({unit}): {LOOKS[name]['label']}",
+            [needed, (time, series.feedforward[name], LOOKS[name])],
+            span=near,
+        )
+        for name in names
+    ]
+    panels += [
+        Panel(
+            f"torque left to the feedback ({unit}): {LOOKS[name]['label']}",
+            [(time, left[name], LOOKS[name])],
+            span=whole,
+            limits=(-limit, limit) if limit > 0.0 else None,  # a few peaks do not press the rest flat
+        )
+        for name in names
+    ]
+    figure, axes = picture(panels, 2.2 + 2.2 * len(names), source=replay.name, shared=False)
+    axes[0].axvspan(*near, color="#ececec", zorder=0.4)
+    return figure
+
+
+def _close_up(time: Series, torque: Series) -> tuple[float, float]:
+    """Return a stretch around the place where the torque changes most, s."""
+    reach = max(1, torque.size // 400)
+    place = int(np.argmax(np.abs(torque[reach:] - torque[:-reach]))) + reach // 2
+    length = CLOSE_UP * float(time[-1] - time[0])
+    start = min(max(float(time[place]) - 0.5 * length, float(time[0])), float(time[-1]) - length)
+    return start, start + length
+
+
+def _estimates(replay: Replay) -> Figure:
+    time, histories = replay.series.time, replay.series.estimates
+    log = f"{Path(replay.name).name}: "
+    panels = [
+        Panel(
+            f"{'' if place else log}{name.replace('_', ' ')} ({replay.units[name]})",
+            [(time, history[name], LOOKS[which]) for which, history in histories.items()],
+            span=(float(time[0]), float(time[-1])),
+        )
+        for place, name in enumerate(next(iter(histories.values())))
+    ]
+    return picture(panels, 1.1 * len(panels) + 0.8, source=replay.name)[0]

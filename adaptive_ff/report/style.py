@@ -1,0 +1,300 @@
+"""One style for all pictures: panels with their labels above them, one legend, limits that show what matters, files.
+
+No ``pyplot``: figures open no window and leave no state behind. A long series is drawn as the smallest and largest
+value of each column of the picture, so no peak is lost. A curve that leaves its panel is named above it.
+"""
+
+import math
+import os
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib import rc_context
+from matplotlib.axes import Axes
+from matplotlib.axis import Axis
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullLocator
+from matplotlib.transforms import ScaledTranslation
+from numpy.typing import NDArray
+
+from adaptive_ff import __version__
+from adaptive_ff.errors import InputError, checked_path
+from adaptive_ff.files import make_folder
+
+Series = NDArray[np.float64]
+Look = Mapping[str, Any]
+
+COLUMNS = 2000  # that a long series is thinned to: more than a picture has pixels across
+
+WIDTH = 8.0  # inches of a figure
+LIFT = 5.0  # points between a panel and its label
+INK, QUIET = "#222222", "#8a8a8a"
+
+STYLE: Any = {
+    **dict.fromkeys(("axes.edgecolor", "xtick.color", "ytick.color"), QUIET),
+    **dict.fromkeys(("axes.labelcolor", "xtick.labelcolor", "ytick.labelcolor", "text.color"), INK),
+    **dict.fromkeys(("axes.spines.top", "axes.spines.right", "legend.frameon"), False),
+    **dict.fromkeys(("axes.grid", "axes.axisbelow"), True),
+    **{"grid.color": "#e6e6e6", "grid.linewidth": 0.6, "lines.linewidth": 1.0, "font.size": 9.0},
+    **{"axes.labelsize": 9.0, "xtick.labelsize": 9.0, "ytick.labelsize": 9.0, "legend.fontsize": 9.0},
+}
+
+MEASURED: Look = {"color": "#a6a6a6", "linewidth": 2.0, "label": "measured"}
+TRUTH: Look = {"color": "#000000", "linestyle": (0, (3, 2)), "zorder": 2.6, "label": "true"}
+LIMIT: Look = {"color": INK, "linewidth": 0.8, "linestyle": (0, (6, 2, 1, 2)), "label": "limit"}
+
+UNBOUNDED = "adaptive_paper"
+"""Its estimates and torques leave all bounds at times; the limits are set by the others where there are any."""
+
+
+@dataclass
+class Panel:
+    """A panel of a picture.
+
+    Attributes
+    ----------
+    label : str
+        What stands above it: quantity and unit.
+    curves : sequence of (x, y, look)
+        What is drawn.
+    lines : sequence of (y, look), optional
+        Horizontal lines.
+    span, limits : pair of float, optional
+        Limits of the horizontal and the vertical axis.
+    cap : float, optional
+        What the vertical limits, fitted to the curves, do not exceed; curves that leave them are named.
+    """
+
+    label: str
+    curves: Sequence[tuple[Series, Series, Look]]
+    lines: Sequence[tuple[float, Look]] = ()
+    span: tuple[float, float] | None = None
+    limits: tuple[float, float] | None = None
+    cap: float | None = None
+
+
+def picture(
+    panels: Sequence[Panel],
+    height: float,
+    xlabel: str = "time (s)",
+    *,
+    source: str = "",
+    keys: Iterable[Look] | None = None,
+    shared: bool = True,
+) -> tuple[Figure, list[Axes]]:
+    """Draw panels below each other, with one legend.
+
+    Parameters
+    ----------
+    panels : sequence of Panel
+        The panels.
+    height : float
+        Height of the figure, inches.
+    xlabel : str, optional
+        Label of the lowest horizontal axis.
+    source : str, optional
+        What the picture is of, for the line below it.
+    keys : iterable of Look, optional
+        What the legend explains; by default all looks that have a label.
+    shared : bool, optional
+        Whether the panels have one horizontal axis.
+    """
+    with rc_context(STYLE):
+        figure, drawn = make_panels(len(panels), height, shared=shared)
+        found: dict[str, Look] = {}
+        for axes, panel in zip(drawn, panels, strict=True):
+            for x, y, look in panel.curves:
+                draw_series(axes, x, y, look)
+                found.setdefault(str(look.get("label", "")), look)
+            for level, look in panel.lines:
+                axes.axhline(level, **look)
+                found.setdefault(str(look.get("label", "")), look)
+            if panel.cap is not None:
+                frame([axes], {str(look.get("label", "")): y for _, y, look in panel.curves}, panel.cap)
+            if panel.limits is not None:
+                axes.set_ylim(panel.limits)
+            if panel.span is not None:
+                axes.set_xlim(panel.span)
+            label_above(axes, panel.label)
+        drawn[-1].set_xlabel(xlabel)
+        explain_looks(figure, [look for name, look in found.items() if name] if keys is None else keys)
+        if source:
+            stamp([figure], source)
+    return figure, drawn
+
+
+def draw_series(axes: Axes, time: Series, values: Series, look: Look) -> Series:
+    """Draw a series, a long one as the extremes of each column in their order; return the values drawn."""
+    width = values.size // COLUMNS
+    if width > 3:
+        whole = values.size // width * width
+        columns = values[:whole].reshape(-1, width)
+        extremes = np.sort([columns.argmin(axis=1), columns.argmax(axis=1)], axis=0) + np.arange(0, whole, width)
+        kept = np.concatenate([extremes.T.ravel(), np.arange(whole, values.size)])
+        time, values = time[kept], values[kept]
+    axes.plot(time, values, **look)
+    return values
+
+
+def label_above(axes: Axes, text: str) -> None:
+    """Label the vertical axis, above it, where it is read without turning the head."""
+    axes.set_ylabel(text, rotation=0.0, horizontalalignment="left", verticalalignment="baseline")
+    lift = ScaledTranslation(0.0, LIFT / 72.0, axes.figure.dpi_scale_trans)
+    axes.yaxis.set_label_coords(0.0, 1.0, transform=axes.transAxes + lift)
+
+
+def explain_looks(figure: Figure, looks: Iterable[Look]) -> None:
+    """Explain looks above all panels, where no data are, in as many rows as it takes."""
+    handles = [Line2D([], [], **look) for look in looks]
+    widths = [0.5 + 0.075 * len(str(handle.get_label())) for handle in handles]  # roughly, in inches
+    rows = math.ceil(sum(widths) / WIDTH)
+    columns = len(handles) if rows == 1 else min(math.ceil(len(handles) / rows), int(WIDTH / max(widths)))
+    figure.legend(handles=handles, loc="outside upper center", ncols=max(1, columns), handlelength=1.7)
+
+
+def make_panels(rows: int, height: float, *, shared: bool = True) -> tuple[Figure, list[Axes]]:
+    """Make a figure of panels below each other; the height is in inches."""
+    figure = Figure(figsize=(WIDTH, height), layout="constrained")
+    panels = list(figure.subplots(rows, 1, sharex=shared, squeeze=False)[:, 0])
+    for axes in panels:
+        axes.yaxis.set_major_locator(MaxNLocator(5 if rows > 1 else 8, steps=[1, 2, 2.5, 5, 10]))
+        axes.ticklabel_format(style="plain", useOffset=False)
+    return figure, panels
+
+
+def plain_name(name: str) -> str:
+    """Return a name in which matplotlib sees no mathematics, and which it does not hide for a leading underscore."""
+    return (f" {name}" if name.startswith("_") else name).replace("$", r"\$")
+
+
+def peak_of(values: Series) -> float:
+    """Return the largest magnitude of what is finite."""
+    return float(np.max(np.abs(values), where=np.isfinite(values), initial=0.0))
+
+
+def typical_peak(curves: Mapping[str, Series]) -> float:
+    """Return the median peak of some curves, of two the smaller."""
+    return sorted(map(peak_of, curves.values()))[(len(curves) - 1) // 2]
+
+
+def frame(panels: Sequence[Axes], curves: Mapping[str, Series], cap: float) -> None:
+    """Fit the limits of panels to curves, but not beyond a cap; name the curves that leave them."""
+    cap = cap or math.inf
+    bounded = {name: curve for name, curve in curves.items() if not name.endswith(UNBOUNDED)}
+    values = np.concatenate(list((bounded if any(bounded) else curves).values()))
+    values = np.clip(values[np.isfinite(values)], -cap, cap)
+    low, high = float(np.min(values)), float(np.max(values))
+    margin = 0.06 * (high - low) or 0.1 * abs(high) or 1.0
+    for axes in panels:
+        axes.set_ylim(low - margin, high + margin)
+    name_those_beyond(panels[0], curves, max(abs(low), abs(high)) + margin)
+
+
+def name_those_beyond(axes: Axes, curves: Mapping[str, Series], limit: float) -> None:
+    """Name above a panel the curves that leave it, and how far they go."""
+    peaks = {name: peak_of(curve) for name, curve in curves.items() if peak_of(curve) > limit}
+    gone = [
+        f"{plain_name(name)} reaches {f'{peak:,.0f}' if 1e3 <= peak < 1e6 else f'{peak:.3g}'}"
+        for name, peak in peaks.items()
+    ]
+    more = f" and {len(gone) - 2} more" if len(gone) > 2 else ""
+    place: Any = {"xycoords": "axes fraction", "xytext": (0.0, LIFT), "textcoords": "offset points"}
+    axes.annotate(", ".join(gone[:2]) + more, (1.0, 1.0), **place, ha="right", fontsize=8.0, color=QUIET)
+
+
+def make_logarithmic(axes: Axes, since: float) -> None:
+    """Make a panel logarithmic, one to four decades, down to what it shows since a time; leave it where all is zero."""
+    lines = {str(line.get_label()): line for line in axes.lines}
+    bounded = [line for name, line in lines.items() if name != UNBOUNDED] or list(lines.values())
+    curves = [(np.asarray(line.get_xdata()), np.asarray(line.get_ydata())) for line in bounded]
+    top = max(float(np.max(values)) for _, values in curves)
+    if top == 0.0:
+        return
+    if UNBOUNDED in lines:
+        name_those_beyond(axes, {UNBOUNDED: np.asarray(lines[UNBOUNDED].get_ydata())}, 1.3 * top)
+    low = min(float(np.min(values, where=(time >= since) & (values > 0.0), initial=top)) for time, values in curves)
+    low = min(max(low, 1e-4 * top) / 1.3, top / 5.0)
+    axes.set_yscale("log", nonpositive="mask")
+    axes.set_ylim(low, 1.3 * top)
+    label_decades(axes.yaxis, 1.3 * top / low)
+
+
+def label_decades(axis: Axis, span: float) -> None:
+    """Label a logarithmic axis with plain numbers, one to three a decade by how many it spans."""
+    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if span < 300.0 else (1.0,)))
+    axis.set_minor_locator(NullLocator())
+    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+
+
+def stamp(figures: Iterable[Figure], source: str) -> None:
+    """Say below each picture where it comes from (scenario and seed, or the log) and which version drew it."""
+    text = source.replace("$", r"\$")
+    for figure in figures:
+        figure.supxlabel(f"{text}, adaptive-ff {__version__}", x=0.99, ha="right", size=6.5, color=QUIET)
+
+
+def write_figures(figures: Mapping[str, Figure], folder: Path, formats: Sequence[str]) -> None:
+    """Write pictures as ``NAME.FORMAT`` into a folder, by name and in several formats, such as png."""
+    for name, figure in figures.items():
+        for ending in formats:
+            write_figure(figure, folder / f"{name}.{ending}")
+
+
+def write_to(figure: Figure, path: str | Path | None) -> None:
+    """Write a picture where a path is given.
+
+    Parameters
+    ----------
+    figure : Figure
+        The picture.
+    path : str or Path, or None
+        Where to write it: PNG, or what its ending says.
+
+    Raises
+    ------
+    InputError
+        There are no pictures of that ending, or the file cannot be written.
+    TypeError
+        The path is none.
+    """
+    if path is None:
+        return
+    place = checked_path("path", path)
+    known = figure.canvas.get_supported_filetypes()
+    if place.suffix and place.suffix[1:].lower() not in known:
+        raise InputError(f"path = {str(path)!r} is not allowed: it must end in one of {', '.join(known)}")
+    try:
+        write_figure(figure, place)
+    except OSError as error:
+        raise InputError(f"{path}: cannot be written: {error.strerror or error}") from error
+
+
+def write_into(figures: dict[str, Figure], folder: str | Path | None) -> dict[str, Figure]:
+    """Write pictures as ``NAME.png`` into a folder, where one is given, and return them; raises as :func:`write_to`."""
+    if folder is not None:
+        place = checked_path("folder", folder)
+        for name, figure in figures.items():
+            write_to(figure, place / f"{name}.png")
+    return figures
+
+
+def write_figure(figure: Figure, path: Path) -> None:
+    """Write a picture, whole or not at all."""
+    make_folder(path.parent)
+    unfinished = path.with_name(f".{path.name}.{os.getpid()}.unfinished")
+    engine = figure.get_layout_engine()
+    assert engine is not None
+    engine.execute(figure)
+    figure.set_layout_engine("none")  # saving would lay out again, which takes twice the time
+    try:
+        ending = path.suffix[1:].lower() or "png"
+        program = {"png": "Software"}.get(ending, "Creator")
+        figure.savefig(unfinished, format=ending, dpi=150, metadata={program: f"adaptive-ff {__version__}"})
+        os.replace(unfinished, path)
+    finally:
+        figure.set_layout_engine(engine)
+        unfinished.unlink(missing_ok=True)

@@ -1,0 +1,312 @@
+"""Results as tables. Ratios have one direction: PI's error, or a limit, over the controller's; above 1 is better."""
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from adaptive_ff.comparison.comparison import BASELINE, Comparison
+from adaptive_ff.comparison.reference_lines import NOISE_FLOOR
+from adaptive_ff.comparison.registry import CONTROLLERS
+from adaptive_ff.friction.model import PER_DIRECTION, unit_of
+from adaptive_ff.replay.replay import COLD, FIXED, NONE, RECORDED, SAVED, Replay
+from adaptive_ff.report.table import DEVIATIONS, Cell, Columns, Table, table
+from adaptive_ff.scenario.axis_units import axis_unit
+from adaptive_ff.scenario.truth import last_model, true_waves
+from adaptive_ff.studies.bandwidth_study import BandwidthStudy
+from adaptive_ff.studies.drawn_joints import CLASSES, HUNTING
+from adaptive_ff.studies.matrix import Results
+from adaptive_ff.studies.motion import Excitation
+from adaptive_ff.studies.ranking import OURS, TUNED_TRUTH, Cells, best_rival, grouped, outcome, standstill_rows
+
+IMPROVEMENT = "over pi"
+"""Heading of the error of PI over that of the controller."""
+
+LEGEND = (
+    f"settled: the last half of the run, or of the time after the last change; {IMPROVEMENT}: settled error of pi over "
+    "that of the controller, above 1 is better than pi; sum |du|: how much the command moves in all"
+)
+"""What the columns of the tables of errors mean."""
+
+FEEDFORWARDS = {
+    NONE: "none",
+    RECORDED: "the machine's own, as recorded",
+    FIXED: "fixed model of the first half",
+    COLD: "adaptive, cold start",
+    SAVED: "adaptive, from the saved state",
+}
+
+MOST_COLUMNS = 9
+"""Most controllers that a table shows side by side; of more it shows the best of the others, and the picture all."""
+
+MOST_ROWS = 16
+"""Most scenarios that a table of the matrix lists one by one on a terminal; of more it shows groups."""
+
+
+def highlights(names: Any) -> dict[str, str]:
+    """Return how the rows of controllers stand out: the adaptive one, and a user's own."""
+    own = {name: "bold cyan" for name in names if name not in (*CONTROLLERS, NOISE_FLOOR)}
+    return {**own, OURS: "bold"}
+
+
+def tracking_table(comparison: Comparison) -> Table:
+    """Return the errors of all controllers, one a row."""
+    axis = comparison.scenario.joint.axis
+    speed = (axis_unit(axis, "rad/s"), 3)
+    columns: Columns = {
+        **{"controller": None, "settled": speed, IMPROVEMENT: ("", 3), "settled max": speed},
+        **{"first 5 s": speed, "whole run": speed, "sum |du|": (axis_unit(axis, "N m"), 3)},
+    }
+    rows: list[list[Cell]] = []
+    for name, run in comparison.runs.items():
+        one = run.metrics
+        errors = (one.max_error_settled, one.rms_error_start, one.rms_error, one.torque_variation)
+        rows.append([name, one.rms_error_settled, comparison.improvement.get(name), *errors])
+    what = "force" if axis == "linear" else "torque"
+    return table(f"Velocity error (rms) and {what} variation", rows, columns, styles=highlights(comparison.runs))
+
+
+def position_table(comparison: Comparison) -> Table | None:
+    """Return the position errors of all controllers, one a row, or None where there is no position loop."""
+    found = {name: run.position_metrics for name, run in comparison.runs.items() if run.position_metrics is not None}
+    if not found:
+        return None
+    length = (axis_unit(comparison.scenario.joint.axis, "rad"), 3)
+    columns: Columns = {"controller": None, "settled": length, IMPROVEMENT: ("", 3)}
+    columns = {**columns, **dict.fromkeys(("settled max", "whole run", "max"), length)}
+    base = found[BASELINE].rms_position_error_settled if BASELINE in found else math.nan
+    rows: list[list[Cell]] = []
+    for name, one in found.items():
+        settled = one.rms_position_error_settled
+        others = (one.max_position_error_settled, one.rms_position_error, one.max_position_error)
+        rows.append([name, settled, base / settled if settled > 0.0 else None, *others])
+    return table("Position error (rms)", rows, columns, styles=highlights(found))
+
+
+def estimates_table(comparison: Comparison) -> Table | None:
+    """Return the final estimates beside the true parameters, or None where nothing is estimated."""
+    runs = [run for run in comparison.runs.values() if run.estimates]
+    if not runs:
+        return None
+    title = "Parameters at the end of the run"
+    if any(run.uncertainties for run in runs):
+        title += f", ± {DEVIATIONS:g} standard deviations"
+    waves = true_waves(comparison.scenario)
+    truth = last_model(comparison.scenario)._asdict() | waves
+    there = dict.fromkeys(name for run in runs for name in run.estimates)
+    known = [name for name in (*PER_DIRECTION, *waves, "stribeck_velocity") if name in there]
+    rows: list[list[Cell]] = []
+    for name in known + [name for name in there if name not in known]:  # own controllers may estimate anything
+        unit = unit_of(name) and axis_unit(comparison.scenario.joint.axis, unit_of(name))
+        estimates: list[Cell] = []
+        for run in runs:
+            value = run.final_estimates.get(name)
+            spread = run.uncertainties.get(name)
+            estimates.append(value if value is None or spread is None else (value, DEVIATIONS * float(spread[-1])))
+        rows.append([f"{name}, {unit}" if unit else name, float(truth[name]) if name in known else None, *estimates])
+    return table(title, rows, {"parameter": None, **{name: ("", 4) for name in ("true", *(run.name for run in runs))}})
+
+
+def comparison_tables(comparison: Comparison) -> list[Table]:
+    """Return all tables of a comparison."""
+    tables = (tracking_table(comparison), position_table(comparison), estimates_table(comparison))
+    return [one for one in tables if one is not None]
+
+
+def sweep_tables(result: Mapping[str, Any]) -> list[Table]:
+    """Return the distributions that a sweep found, by how steeply friction falls, and of further controllers."""
+    title = f"{result['draws']} draws, {result['refused']} of them refused; settled error, whole run, first 5 s"
+    quantiles, rows = result["quantiles"], []
+    for level in quantiles.get("improvement", {}):
+        mirrored = f"{round(1.0 - float(level), 6)}"
+        label = {"0.0": "worst", "0.5": "median", "1.0": "best"}.get(level, f"{100.0 * float(level):g} %")
+        direct = [quantiles[name][level] for name in ("improvement", "share_of_oracle")]
+        inverse = [1.0 / quantiles[name][mirrored] for name in ("whole_run", "start", "torque_variation")]
+        rows.append([label, *direct, *inverse])
+    heads = ["settled: pi / adaptive", "settled: oracle / adaptive", "whole run: pi / adaptive"]
+    heads += ["first 5 s: pi / adaptive", "sum |du|: oracle / adaptive"]
+    tables = [table(title, rows, {"quantile": None, **dict.fromkeys(heads, ("", 3))})]
+    heads = ["joints", "settled: pi / adaptive", "worst", "first 5 s: pi / adaptive", "settled worse than pi"]
+    classes: list[list[Cell]] = [
+        [
+            name + (" (pi hunts)" if CLASSES[name] >= HUNTING else ""),
+            *(found[key] for key in ("joints", "improvement", "least_improvement")),
+            1.0 / found["start"],
+            *(found[key] for key in ("worse_settled", "worse_whole_run")),
+        ]
+        for name, found in result["classes"].items()
+    ]
+    heads.append("whole run 5 % worse")
+    tables.append(table("By the steepest fall of friction", classes, {"fall": None, **dict.fromkeys(heads, ("", 3))}))
+    if result["own"]:
+        tables.append(_further_table(result["own"]))
+    return tables
+
+
+def _further_table(own: Mapping[str, Any]) -> Table:
+    """Return how further controllers fared in a sweep, pi over each."""
+    levels = {"worst": ("0.0", "1.0"), "median": ("0.5", "0.5"), "best": ("1.0", "0.0")}
+    rows: list[list[Cell]] = []
+    for name, found in own.items():
+        settled = (
+            [found["improvement"][level] for level, _ in levels.values()] if "improvement" in found else [None] * 3
+        )
+        whole = (
+            [1.0 / found["whole_run"][level] for _, level in levels.values()] if "whole_run" in found else [None] * 3
+        )
+        rows.append([name, *settled, *whole, found["failed"]])
+    heads = [f"{part} {level}" for part in ("settled", "whole run") for level in levels]
+    columns: Columns = {"controller": None, **dict.fromkeys((*heads, "failed"), ("", 3))}
+    return table("Further controllers: error of pi over theirs", rows, columns, styles=highlights(own))
+
+
+def gains_table(cells: Cells, title: str) -> Table:
+    """Return the improvement of every controller over PI, medians over the seeds, under the heading of each group."""
+    names = [name for name in dict.fromkeys(key for row in cells.values() for key in row) if name != BASELINE]
+    rows: list[Sequence[Cell]] = []
+    for group, members in grouped(cells).items():
+        rows.append([group])
+        for scenario in members:
+            row = cells[scenario]
+            gains = [float(np.median(row[name].gain)) if name in row else "failed" for name in names]
+            rows.append([f"  {scenario}", row[BASELINE].median, *gains])
+    columns: Columns = {"scenario": None, "pi": ("rad/s", 3), **dict.fromkeys(names, ("", 3))}
+    return table(title, rows, columns)
+
+
+def groups_table(cells: Cells, title: str) -> Table:
+    """Return the geometric mean of the improvement over PI in each group of scenarios, and where ours is least."""
+    names = [name for name in dict.fromkeys(key for row in cells.values() for key in row) if name != BASELINE]
+    rows: list[list[Cell]] = []
+    for group, members in grouped(cells).items():
+        means: list[Cell] = []
+        for name in names:
+            gains = [float(np.median(cells[one][name].gain)) for one in members if name in cells[one]]
+            means.append(math.exp(float(np.mean(np.log(gains)))) if len(gains) == len(members) else "failed")
+        ours = {one: float(np.median(cells[one][OURS].gain)) for one in members if OURS in cells[one]}
+        worst = min(ours, key=lambda one: ours[one]) if ours else ""
+        rows.append([group, len(members), *means, f"{worst} {ours[worst]:.3g}" if ours else ""])
+    columns: Columns = {"scenarios": None, "count": ("", 3), **dict.fromkeys(names, ("", 3)), f"worst of {OURS}": None}
+    return table(title, rows, columns)
+
+
+def ranking_table(cells: Cells, title: str) -> Table:
+    """Return PI, the limits and the best of the others beside ``adaptive``, under the heading of each group."""
+    speed = ("rad/s", 3)
+    columns: Columns = {
+        **{"scenario": None, "pi": speed, "floor": speed, f"{OURS} {IMPROVEMENT}": ("", 3), "worst": ("", 3)},
+        **{"best": ("", 3), f"{TUNED_TRUTH} / {OURS}": ("", 3), f"floor / {OURS}": ("", 3), "best other": None},
+        **{f"other {IMPROVEMENT}": ("", 3), "outcome": None, f"other / {OURS}": ("", 3)},
+    }
+    rows: list[Sequence[Cell]] = []
+    for group, members in grouped(cells).items():
+        rows.append([group])
+        for scenario in members:
+            row = cells[scenario]
+            other, ours = best_rival(row), row.get(OURS)
+            word, ratio = outcome(row)
+            floor = row[NOISE_FLOOR].median if NOISE_FLOOR in row else None
+            gains: list[Cell] = ["failed", None, None]
+            if ours is not None:
+                gains = [float(np.median(ours.gain)), float(ours.gain.min()), float(ours.gain.max())]
+            limits = [_over(row, line) for line in (TUNED_TRUTH, NOISE_FLOOR)]
+            gain = float(np.median(row[other].gain))
+            rows.append([f"  {scenario}", row[BASELINE].median, floor, *gains, *limits, other, gain, word, ratio])
+    return table(title, rows, columns)
+
+
+def _over(row: Any, line: str) -> Cell:
+    """Return the error of a limit over that of ``adaptive``, the median over the seeds."""
+    return float(np.median(row[line].error / row[OURS].error)) if line in row and OURS in row else None
+
+
+def standstill_table(results: Results) -> Table | None:
+    """Return what moved at standstill; None where the reference of no scenario stands still."""
+    found = standstill_rows(results)
+    if not found:
+        return None
+    names = list(next(iter(found.values())))
+    rows = [[name, *(row.get(name, "failed") for row in found.values())] for name in names]
+    columns: Columns = {"controller": None, **dict.fromkeys(found, ("rad/s", 3))}
+    return table("Peak-to-peak true velocity at standstill, median over seeds", rows, columns)
+
+
+def loops_table(study: BandwidthStudy) -> Table:
+    """Return what the PI loop is like at each bandwidth: margins, noise, and whether it holds the steepest friction."""
+    axis = study.scenario.joint.axis
+    columns: Columns = {
+        **{"bandwidth": ("Hz", 3), "Ms": ("", 3), "phase": ("°", 2), "gain": ("", 3)},
+        **{
+            "noise torque": (axis_unit(axis, "N m"), 3),
+            "noise speed": (axis_unit(axis, "rad/s"), 3),
+            "steepest friction": None,
+        },
+    }
+    rows: list[list[Cell]] = [
+        [
+            *(loop.bandwidth, loop.maximum_sensitivity, loop.phase_margin, loop.gain_margin),
+            *(loop.noise_torque, loop.noise_velocity, "hunts" if loop.hunts else "held"),
+        ]
+        for loop in study.loops
+    ]
+    return table("PI loop over its bandwidth: margins, and what sensor noise makes (rms)", rows, columns)
+
+
+def errors_table(study: BandwidthStudy) -> Table:
+    """Return the error that each controller leaves at each bandwidth."""
+    speed = (axis_unit(study.scenario.joint.axis, "rad/s"), 3)
+    rows: list[list[Cell]] = [
+        [loop.bandwidth, *(error if math.isfinite(error) else "fails" for error in errors)]
+        for loop, *errors in zip(study.loops, *(one.errors for one in study.own.values()), strict=True)
+    ]
+    columns: Columns = {"bandwidth": ("Hz", 3), **dict.fromkeys(study.own, speed)}
+    return table("Settled error (rms) on the seeds that it is tuned on", rows, columns)
+
+
+def best_table(study: BandwidthStudy) -> Table:
+    """Return what each controller reaches at its own best bandwidth, and in the loop of the scenario."""
+    feedback = study.scenario.feedback
+    speed = (axis_unit(study.scenario.joint.axis, "rad/s"), 3)
+    given = "" if feedback.is_auto else ("as given" if math.isnan(feedback.hertz) else f"at {feedback.hertz:.3g} Hz")
+    columns: Columns = {"controller": None, "best": ("Hz", 3), "": None, "error": speed, IMPROVEMENT: ("", 3)}
+    if given:
+        columns = {**columns, f"error {given}": speed, f"{IMPROVEMENT} {given}": ("", 3)}
+    rows: list[list[Cell]] = []
+    for name, one in study.own.items():
+        cells: list[Cell] = [name, one.best, "end" if one.at_an_end else ""]
+        for errors in (study.own_errors, study.common_errors):
+            if name in errors:
+                error = errors[name]
+                cells += [error, errors[BASELINE] / error if error > 0.0 else None]
+        rows.append(cells)
+    title = "Settled error (rms) on other seeds, each at its own best bandwidth"
+    return table(title, rows, columns, styles=highlights(study.own))
+
+
+def motion_tables(motion: Excitation, *, linear: bool = False) -> list[Table]:
+    """Return what a motion needs beside its limits, and its intervals over those of a minute of multisine."""
+    axis = "linear" if linear else "rotary"
+    units = {"position": "rad", "velocity": "rad/s", "acceleration": "rad/s^2", "torque": "N m"}
+    rows: list[list[Cell]] = [
+        [f"{name}, {axis_unit(axis, units[name])}", largest, getattr(motion.limits, name)]
+        for name, largest in motion.largest.items()
+    ]
+    columns: Columns = {"": None, "largest": ("", 3), "limit": ("", 3)}
+    sizes: Columns = {name.replace("_", " "): ("", 3) for name in motion.sizes}
+    return [
+        table(f"Motion of {motion.reference.period:g} s", rows, columns),
+        table("95 % intervals over those of 60 s of multisine", [list(motion.sizes.values())], sizes),
+    ]
+
+
+def left_table(replay: Replay) -> Table:
+    """Return the torque left by each feedforward, one a row."""
+    title = f"Torque left to the feedback (rms) in a band of {replay.band:.3g} Hz"
+    rows: list[list[Cell]] = [
+        [words, *(float(value) for value in replay.left[name])]
+        for name, words in FEEDFORWARDS.items()
+        if name in replay.left
+    ]
+    columns: Columns = dict.fromkeys(("whole log", "second half", "joint moves"), (replay.unit, 3))
+    return table(title, rows, {"feedforward": None, **columns})
