@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from controllers.saving import plain_state, rebuilt_state
+from controllers.triangle import unpacked
 
 SAME = 1e-9
 """Relative difference up to which two numbers are the same."""
@@ -107,7 +108,7 @@ def check_matrices(value: Any, where: str) -> None:
     for key, item in value._asdict().items():
         if hasattr(item, "_asdict"):
             check_matrices(item, f"{where}.{key}")
-        elif key in MATRICES and np.ndim(item) == 2 and not _is_definite(item, MATRICES[key]):
+        elif key in MATRICES and not _is_definite(item if np.ndim(item) == 2 else unpacked(item), MATRICES[key]):
             definite = "semi-definite" if MATRICES[key] < 0.0 else "definite"
             raise ValueError(f"{where}.{key} is not allowed: it must be symmetric and positive {definite}")
 

@@ -128,7 +128,7 @@ class AdaptiveController(IdentifyingController):
     """
 
     monitor_names = ("change_probability", "observer_gain", "observer_torque")
-    state_version = 3
+    state_version = 4
 
     def __init__(
         self,

@@ -17,6 +17,7 @@ from adaptive_ff.friction.columns import INERTIA
 from adaptive_ff.friction.model import GRAVITY, RIPPLE, unit_of
 from adaptive_ff.learning.kalman import LOOP
 from adaptive_ff.reported import Reported
+from controllers.triangle import unpacked
 
 SURE = 2.0
 """Standard deviations of a difference that is taken for one."""
@@ -177,7 +178,7 @@ def _parameters(controller: AdaptiveController) -> Iterator[ParameterDiagnosis]:
     slopes = jacobian(block, state, len(controller.estimate_names))
     units = np.concatenate([np.zeros(LOOP), np.where(block.prior.scaled, state.unit, 1.0)])
     first = np.zeros((units.size, units.size))
-    first[LOOP:, LOOP:] = block.prior.covariance * np.outer(units[LOOP:], units[LOOP:])
+    first[LOOP:, LOOP:] = unpacked(block.prior.covariance) * np.outer(units[LOOP:], units[LOOP:])
     first[1, 1] = (block.tuning.load * state.unit) ** 2
     before = np.sqrt(np.maximum(np.einsum("ij,jk,ik->i", slopes, first, slopes), 0.0))
     uncertain = controller.uncertainties

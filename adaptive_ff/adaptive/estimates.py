@@ -10,6 +10,7 @@ from adaptive_ff.friction.columns import COULOMB, INERTIA, PATHS, STICTION, VISC
 from adaptive_ff.learning.kalman import LOOP
 from controllers import ESTIMATES
 from controllers.arrays import NDArray
+from controllers.triangle import unpacked
 
 Array = NDArray[np.float64]
 
@@ -53,8 +54,8 @@ def mixture_covariance(state: AdaptiveState) -> Array:
     """Return the covariance of the two members together: the mean of theirs, and what their means differ by."""
     apart = state.loud.mean - state.quiet.mean
     weight = state.weight
-    mixed: Array = (1.0 - weight) * state.quiet.covariance + weight * state.loud.covariance
-    return mixed + weight * (1.0 - weight) * np.outer(apart, apart)
+    mixed = (1.0 - weight) * state.quiet.covariance + weight * state.loud.covariance
+    return unpacked(mixed) + weight * (1.0 - weight) * np.outer(apart, apart)
 
 
 def jacobian(block: AdaptiveParameters, state: AdaptiveState, count: int) -> Array:

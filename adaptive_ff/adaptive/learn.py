@@ -20,6 +20,7 @@ from adaptive_ff.learning.kalman import (
     update_in_place,
 )
 from controllers import Inputs
+from controllers.triangle import row_of
 
 CERTAIN = 1e-6
 """Least probability of a member."""
@@ -116,14 +117,15 @@ def grown_unit(parameters: AdaptiveParameters, state: AdaptiveState, torque: flo
     grown = min(0.5 * torque, 1.1 * unit)
     squares = grown * grown - unit * unit
     load = parameters.tuning.load * parameters.tuning.load * squares
-    state.quiet.covariance[1, 1] += load
-    state.loud.covariance[1, 1] += load
+    state.quiet.covariance[2] += load
+    state.loud.covariance[2] += load
     for i in range(prior.mean.size):
-        for j in range(prior.mean.size):
+        before, row = row_of(i), row_of(LOOP + i) + LOOP
+        for j in range(i + 1):
             if prior.scaled[i] and prior.scaled[j]:
-                spread = prior.covariance[i, j] * squares
-                state.quiet.covariance[LOOP + i, LOOP + j] += spread
-                state.loud.covariance[LOOP + i, LOOP + j] += spread
+                spread = prior.covariance[before + j] * squares
+                state.quiet.covariance[row + j] += spread
+                state.loud.covariance[row + j] += spread
     return grown
 
 

@@ -21,6 +21,7 @@ from adaptive_ff.friction.model import FURTHER, GRAVITY, RIPPLE, WITH_GRAVITY, T
 from adaptive_ff.learning.kalman import Prior
 from controllers.arrays import NDArray
 from controllers.checks import check_numbers, checked_array
+from controllers.triangle import packed, unpacked
 
 Array = NDArray[np.float64]
 
@@ -122,7 +123,7 @@ def default_prior(
     shares = np.full(1 + paths, (1.0 - tuning.slip_share) / max(paths, 1))
     shares[0] = tuning.slip_share if paths else 1.0
     covariance[np.ix_(places, places)] = friction_block(shares, tuning.total, tuning.spread, tuning.excess)
-    return Prior(mean, covariance, scaled, lowest, highest)
+    return Prior(mean, packed(covariance), scaled, lowest, highest)
 
 
 def column_of(hypothesis: Hypothesis, names: Sequence[str], name: str) -> int:
@@ -179,13 +180,13 @@ def model_prior(
         The model is none, or a value no number.
     """
     known = checked_values(prior, names, model)
+    mean, covariance, scaled = prior.mean.copy(), unpacked(prior.covariance), prior.scaled.copy()
     units = {"friction_lag": 1.0, "offset": unit, "coulomb": unit, "stiction": unit} | {
-        name: math.sqrt(prior.covariance[place, place]) * (unit if prior.scaled[place] else 1.0)
+        name: math.sqrt(covariance[place, place]) * (unit if prior.scaled[place] else 1.0)
         for name in names
         if (place := column_of(hypothesis, names, name)) >= 0
     }
     spread = checked_deviations(names, known, deviation, units)
-    mean, covariance, scaled = prior.mean.copy(), prior.covariance.copy(), prior.scaled.copy()
     for name in names:
         place = column_of(hypothesis, names, name)
         if place >= 0:
@@ -208,7 +209,7 @@ def model_prior(
     covariance[-2, -2] = max(tuning.least_deviation, relative) ** 2
     if known.get("stribeck_velocity", 0.0) > 0.0:
         mean[-1] = min(max(math.log(known["stribeck_velocity"]), prior.lowest[-1]), prior.highest[-1])
-    return Prior(mean, covariance, scaled, prior.lowest, prior.highest)
+    return Prior(mean, packed(covariance), scaled, prior.lowest, prior.highest)
 
 
 def checked_values(prior: Prior, names: Sequence[str], model: TorqueModel | Mapping[str, float]) -> dict[str, float]:
@@ -322,11 +323,11 @@ def with_map(
     order = np.arange(count)
     order[: 2 * waves] = order[: 2 * waves].reshape(-1, 2)[:, ::-1].ravel()  # columns have the sine first
     places = (map_place(hypothesis) + order)[np.isfinite(spread)]
-    mean, covariance, scaled = prior.mean.copy(), prior.covariance.copy(), prior.scaled.copy()
+    mean, covariance, scaled = prior.mean.copy(), unpacked(prior.covariance), prior.scaled.copy()
     mean[places], scaled[places] = coulomb * known[np.isfinite(spread)], False
     squares = (coulomb * np.maximum(spread[np.isfinite(spread)], tuning.least_deviation)) ** 2
     covariance[places, places] = squares
-    return Prior(mean, covariance, scaled, prior.lowest, prior.highest)
+    return Prior(mean, packed(covariance), scaled, prior.lowest, prior.highest)
 
 
 def _checked_spread(deviation: float | Sequence[float], count: int) -> Array:

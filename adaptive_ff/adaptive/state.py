@@ -11,6 +11,7 @@ from adaptive_ff.learning.response import Response, initial_response
 from controllers import PIParameters, PIState, initial_pi_state
 from controllers.arrays import MutableArray
 from controllers.delay import delay_line
+from controllers.triangle import packed, unpacked
 
 FED, OBSERVED, OBSERVER, RESPONSES = 0, 1, 2, 3
 """Places of further responses, after the columns: to all that is fed, to the observed torque, to what of it is fed."""
@@ -244,13 +245,13 @@ def initial_adaptive_state(parameters: AdaptiveParameters) -> AdaptiveState:
     units = np.where(parameters.prior.scaled, unit, 1.0)
     mean = np.concatenate([np.zeros(LOOP), parameters.prior.mean * units])
     covariance = np.zeros((mean.size, mean.size))
-    covariance[LOOP:, LOOP:] = parameters.prior.covariance * np.outer(units, units)
+    covariance[LOOP:, LOOP:] = unpacked(parameters.prior.covariance) * np.outer(units, units)
     return AdaptiveState(
         feedback=initial_pi_state(parameters.feedback),
         friction=initial_friction_state(parameters.hypothesis),
         response=initial_response(count + RESPONSES, parameters.feedback.delay),
-        quiet=Member(mean.copy(), covariance.copy()),
-        loud=Member(mean.copy(), covariance.copy()),
+        quiet=Member(mean.copy(), packed(covariance)),
+        loud=Member(mean.copy(), packed(covariance)),
         mean=mean.copy(),
         given=mean[LOOP:-2].copy(),
         psi=np.zeros(count),

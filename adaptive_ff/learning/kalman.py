@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from controllers.arrays import MutableArray, NDArray
+from controllers.triangle import row_of
 
 Array = NDArray[np.float64]
 
@@ -24,7 +25,7 @@ SWEEPS = 8
 
 
 class Member(NamedTuple):
-    """Estimate and covariance; arrays are changed in place."""
+    """Estimate and covariance, a lower triangle (``controllers.triangle``); arrays are changed in place."""
 
     mean: MutableArray
     covariance: MutableArray
@@ -37,8 +38,8 @@ class Prior(NamedTuple):
     ----------
     mean : ndarray, shape (n,)
         Mean of each coefficient; of friction in units of the friction seen so far.
-    covariance : ndarray, shape (n, n)
-        Covariance, in the same units.
+    covariance : ndarray, shape (n (n + 1) / 2,)
+        Covariance, in the same units, a lower triangle.
     scaled : ndarray of bool, shape (n,)
         Whether a coefficient is in these units.
     lowest, highest : ndarray, shape (n,)
@@ -71,43 +72,40 @@ def flow_in_place(member: Member, rate: float, proportional: float, integral: fl
     f10, f11 = integral * f00, 1.0 + integral * f01
     velocity, torque = mean[0], mean[1]
     mean[0], mean[1] = f00 * velocity + f01 * torque, f10 * velocity + f11 * torque
-    for j in range(LOOP, mean.size):
-        first, second = covariance[0, j], covariance[1, j]
-        covariance[0, j], covariance[1, j] = f00 * first + f01 * second, f10 * first + f11 * second
-        covariance[j, 0], covariance[j, 1] = covariance[0, j], covariance[1, j]
-    p00, p01, p11 = covariance[0, 0], covariance[0, 1], covariance[1, 1]
-    covariance[0, 0] = f00 * (f00 * p00 + f01 * p01) + f01 * (f00 * p01 + f01 * p11) + noise
-    covariance[0, 1] = f10 * (f00 * p00 + f01 * p01) + f11 * (f00 * p01 + f01 * p11)
-    covariance[1, 0] = covariance[0, 1]
-    covariance[1, 1] = f10 * (f10 * p00 + f11 * p01) + f11 * (f10 * p01 + f11 * p11)
+    for i in range(LOOP, mean.size):
+        row = row_of(i)
+        first, second = covariance[row], covariance[row + 1]
+        covariance[row], covariance[row + 1] = f00 * first + f01 * second, f10 * first + f11 * second
+    p00, p01, p11 = covariance[0], covariance[1], covariance[2]
+    covariance[0] = f00 * (f00 * p00 + f01 * p01) + f01 * (f00 * p01 + f01 * p11) + noise
+    covariance[1] = f10 * (f00 * p00 + f01 * p01) + f11 * (f00 * p01 + f01 * p11)
+    covariance[2] = f10 * (f10 * p00 + f11 * p01) + f11 * (f10 * p01 + f11 * p11)
 
 
 def forget_loop_in_place(member: Member, torque: float) -> None:
     """Begin with a loop at rest whose integral may be wrong by a torque (N m)."""
     mean, covariance = member.mean, member.covariance
-    for i in range(LOOP):
-        mean[i] = 0.0
-        for j in range(mean.size):
-            covariance[i, j] = 0.0
-            covariance[j, i] = 0.0
-    covariance[1, 1] = torque * torque
+    mean[0], mean[1] = 0.0, 0.0
+    for i in range(mean.size):
+        row = row_of(i)
+        for j in range(min(i + 1, LOOP)):
+            covariance[row + j] = 0.0
+    covariance[2] = torque * torque
 
 
 def return_in_place(member: Member, prior: Prior, unit: float, kept: float) -> None:
     """Return to the prior: ``theta = a theta + (1 - a) theta_0``, ``P = a^2 P + (1 - a^2) P_0``, ``a = kept``."""
     mean, covariance = member.mean, member.covariance
-    size, gained = mean.size, 1.0 - kept * kept
-    for i in range(LOOP, size):
-        first = prior.mean[i - LOOP] * (unit if prior.scaled[i - LOOP] else 1.0)
+    gained = 1.0 - kept * kept
+    for i in range(LOOP, mean.size):
+        row, before, size = row_of(i), row_of(i - LOOP), unit if prior.scaled[i - LOOP] else 1.0
+        first = prior.mean[i - LOOP] * size
         mean[i] = first + kept * (mean[i] - first)
         for j in range(LOOP):
-            covariance[i, j] *= kept
-            covariance[j, i] = covariance[i, j]
-        own = gained * (unit if prior.scaled[i - LOOP] else 1.0)
-        for j in range(LOOP, i + 1):
-            spread = own * (unit if prior.scaled[j - LOOP] else 1.0) * prior.covariance[i - LOOP, j - LOOP]
-            covariance[i, j] = kept * kept * covariance[i, j] + spread
-            covariance[j, i] = covariance[i, j]
+            covariance[row + j] *= kept
+        for j in range(i - LOOP + 1):
+            spread = gained * size * (unit if prior.scaled[j] else 1.0) * prior.covariance[before + j]
+            covariance[row + LOOP + j] = kept * kept * covariance[row + LOOP + j] + spread
 
 
 def project(member: Member, x: Array, lag: float, velocity: float, work: MutableArray) -> tuple[float, float]:
@@ -117,11 +115,16 @@ def project(member: Member, x: Array, lag: float, velocity: float, work: Mutable
     """
     mean, covariance = member.mean, member.covariance
     predicted, variance = mean[0], 0.0
-    for i in range(mean.size):
-        total = covariance[i, 0]
-        for j in range(x.size):
-            total += covariance[i, LOOP + j] * x[j]
-        work[i] = total
+    work[0], work[1] = covariance[0], covariance[1]
+    for i in range(x.size):
+        row, own = row_of(LOOP + i), x[i]
+        total = covariance[row]
+        work[0] += own * covariance[row]
+        work[1] += own * covariance[row + 1]
+        for j in range(i):
+            total += covariance[row + LOOP + j] * x[j]
+            work[LOOP + j] += own * covariance[row + LOOP + j]
+        work[LOOP + i] = total + own * covariance[row + LOOP + i]
     variance = work[0]
     for j in range(x.size):
         variance += x[j] * work[LOOP + j]
@@ -145,11 +148,10 @@ def update_in_place(
     spread *= weight
     likelihood = -0.5 * (innovation * innovation / spread + math.log(spread))
     for i in range(mean.size):
-        gain = work[i] / spread
+        row, gain = row_of(i), work[i] / spread
         mean[i] += gain * innovation
         for j in range(i + 1):
-            covariance[i, j] -= gain * work[j]
-            covariance[j, i] = covariance[i, j]
+            covariance[row + j] -= gain * work[j]
     return normalised, likelihood
 
 
@@ -169,14 +171,16 @@ def constrain_in_place(member: Member, prior: Prior, multipliers: MutableArray) 
         if violated:
             moved = False
             for i in range(count - 2):
-                spread = covariance[LOOP + i, LOOP + i]
+                row = row_of(LOOP + i)
+                spread = covariance[row + LOOP + i]
                 if prior.lowest[i] > -math.inf and spread > 0.0:
                     old = multipliers[i]
                     new = max(0.0, old + (prior.lowest[i] - mean[LOOP + i]) / spread)
                     if new != old:
                         multipliers[i], moved = new, True
                         for j in range(mean.size):
-                            mean[j] += covariance[j, LOOP + i] * (new - old)
+                            place = row + j if j <= LOOP + i else row_of(j) + LOOP + i
+                            mean[j] += covariance[place] * (new - old)
             violated = moved
     for i in range(count):
         mean[LOOP + i] = min(max(mean[LOOP + i], prior.lowest[i]), prior.highest[i])
@@ -196,16 +200,14 @@ def mix_in_place(first: Member, second: Member, weight: float, rate: float) -> f
     """
     following = weight * (1.0 - rate) + (1.0 - weight) * rate
     to_first, to_second = weight * rate / (1.0 - following), (1.0 - weight) * rate / following
-    a, b = first.mean, second.mean
+    a, b, p, q = first.mean, second.mean, first.covariance, second.covariance
     size = a.size
     for i in range(size):
+        row, apart = row_of(i), b[i] - a[i]
         for j in range(i + 1):
-            spread = (b[i] - a[i]) * (b[j] - a[j])
-            p, q = first.covariance[i, j], second.covariance[i, j]
-            one = p + to_first * (q - p) + to_first * (1.0 - to_first) * spread
-            two = q + to_second * (p - q) + to_second * (1.0 - to_second) * spread
-            first.covariance[i, j], first.covariance[j, i] = one, one
-            second.covariance[i, j], second.covariance[j, i] = two, two
+            spread, change = apart * (b[j] - a[j]), q[row + j] - p[row + j]
+            p[row + j] += to_first * change + to_first * (1.0 - to_first) * spread
+            q[row + j] += to_second * (1.0 - to_second) * spread - to_second * change
     for i in range(size):
         difference = b[i] - a[i]
         a[i] += to_first * difference

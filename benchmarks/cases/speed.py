@@ -59,8 +59,8 @@ def step_of(name: str) -> Call:
     controller = make_controller(scenario, name)
 
     def step(k: int) -> None:
-        given = {"next_reference": references[k + 1], "realised_torque": torque[0]}
-        torque[0] = controller.step(references[k], measured[k], **given)
+        last, following = torque[0], references[k + 1]
+        torque[0] = controller.step(references[k], measured[k], next_reference=following, realised_torque=last)
 
     return step
 

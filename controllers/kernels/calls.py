@@ -117,8 +117,7 @@ class Calls:
             expressions.check_order(node, translated.name)
         texts = [expressions.passed(node, value) for value in values]
         text = f"{translated.name}({', '.join(texts)})"
-        natural = translated.constant is not None and translated.constant >= 0
-        return Value(text, translated.result, constant=translated.constant, natural=natural)
+        return Value(text, translated.result, constant=translated.constant, natural=translated.natural)
 
 
 def _known(value: Value, fixed: bool) -> int | str | None:

@@ -226,6 +226,10 @@ class Expressions(Subscripts):
             return self._power(node, left, right)
         both = left.type == right.type == INTEGER
         if type(operation) in ROUNDED and both:
+            if left.natural and (right.constant or 0) > 0:  # C rounds to zero, which is down here
+                sign, rank, _ = ARITHMETIC[ast.Div]
+                sign = sign if isinstance(operation, ast.FloorDiv) else "%"
+                return Value(f"{left.within(rank)} {sign} {right.within(rank + 1)}", INTEGER, rank, natural=True)
             text = self.unit.helper(ROUNDED[type(operation)], left.text, right.text)
             natural = right.natural and (left.natural or isinstance(operation, ast.Mod))
             return Value(text, INTEGER, natural=natural)

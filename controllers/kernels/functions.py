@@ -12,7 +12,7 @@ from controllers.kernels.results import ResultNames
 from controllers.kernels.scope import Declaration, Scope, Unused, Variable
 from controllers.kernels.sources import Kernel
 from controllers.kernels.statements import Statements
-from controllers.kernels.types import Line, Record, Type, passed_by_pointer
+from controllers.kernels.types import INTEGER, Line, Record, Type, passed_by_pointer
 
 if TYPE_CHECKING:
     from controllers.kernels.unit import Unit
@@ -36,6 +36,8 @@ class Function:
         Whether it changes arrays in place.
     constant : int, optional
         What it returns, where that is an integer or truth value that is known at translation.
+    natural : bool
+        Whether what it returns is known to be not negative.
     """
 
     name: str
@@ -44,6 +46,7 @@ class Function:
     text: str
     writes: bool
     constant: int | None = None
+    natural: bool = False
 
 
 def translate_function(
@@ -106,7 +109,8 @@ def translate_function(
         lines = [piece for line in lines for piece in wrapped_code(line)]
     text = "\n".join(lines) + "\n"
     comment = block_comment(inspect.getdoc(kernel.function) or "") if unit.fixed else ""
-    return Function(name, result, kernel, comment + text, scope.writes > 0, statements.constant)
+    natural = result == INTEGER and statements.natural
+    return Function(name, result, kernel, comment + text, scope.writes > 0, statements.constant, natural)
 
 
 def _uses(texts: list[str], name: str) -> int:

@@ -32,6 +32,7 @@ class Statements(Assignments):
         returns = self.kernel.tree.returns
         self.result: Type | None = ANNOTATED.get(ast.unparse(returns) if returns else "")
         self.constants: list[int | None] = []
+        self.natural = True
         self._gives_nothing = False
         self._commented: set[int] = set()
 
@@ -239,6 +240,7 @@ class Statements(Assignments):
         self.constants.append(
             value.constant if self.result == value.type and value.type in (INTEGER, BOOLEAN) else None
         )
+        self.natural = self.natural and value.natural
         if self.result == REAL:
             value = self.expressions.as_real(node, value)
         self.scope.emit(f"return {value.content};")

@@ -20,6 +20,7 @@ from adaptive_ff.learning.kalman import (
     update_in_place,
 )
 from adaptive_ff.learning.rls import RLSState, update_rls_in_place
+from controllers.triangle import packed, unpacked
 
 SEEDS = st.integers(0, 10**6)
 
@@ -31,12 +32,12 @@ def spread(rng, size):
 
 
 def drawn(rng, count):
-    return Member(rng.standard_normal(LOOP + count), spread(rng, LOOP + count))
+    return Member(rng.standard_normal(LOOP + count), packed(spread(rng, LOOP + count)))
 
 
 def oracle(member, size=1):
     found = KalmanFilter(dim_x=member.mean.size, dim_z=size)
-    found.x, found.P = member.mean[:, np.newaxis].copy(), member.covariance.copy()
+    found.x, found.P = member.mean[:, np.newaxis].copy(), unpacked(member.covariance)
     return found
 
 
@@ -61,12 +62,14 @@ def test_update_and_flow_are_those_of_a_kalman_filter(seed):
     other.predict(F=move, Q=np.diag([noise, *np.zeros(6)]))
     flow_in_place(member, rate, proportional, integral, noise)
     np.testing.assert_allclose(member.mean, other.x[:, 0], rtol=1e-9, atol=1e-12)
-    np.testing.assert_allclose(member.covariance, other.P, rtol=1e-9, atol=1e-12 * np.max(other.P))
+    np.testing.assert_allclose(unpacked(member.covariance), other.P, rtol=1e-9, atol=1e-12 * np.max(other.P))
     row = np.concatenate([[1.0, 0.0], x])
     other.update(y + x[-2:] @ member.mean[-2:], R=np.array([[noise]]), H=row[np.newaxis])
     normalised, likelihood = updated(member, x, y, noise)
     np.testing.assert_allclose(member.mean, other.x[:, 0], rtol=1e-6, atol=1e-9)
-    np.testing.assert_allclose(member.covariance, other.P, rtol=1e-6, atol=1e-9 * np.max(spread(rng, 2)) + 1e-9)
+    np.testing.assert_allclose(
+        unpacked(member.covariance), other.P, rtol=1e-6, atol=1e-9 * np.max(spread(rng, 2)) + 1e-9
+    )
     assert normalised == pytest.approx(float(other.y[0, 0]) / math.sqrt(float(other.S[0, 0])))
     assert likelihood == pytest.approx(other.log_likelihood + 0.5 * math.log(2.0 * math.pi))
 
@@ -84,8 +87,7 @@ def test_without_loop_states_it_is_the_recursive_least_squares_of_the_paper(forg
         fading = FadingKalmanFilter(alpha=forgetting**-0.5, dim_x=size, dim_z=1)
     fading.x, fading.P, fading.F, fading.Q = np.zeros((size, 1)), first.copy(), np.eye(size), np.zeros((size, size))
     fading.R = np.eye(1)
-    member = Member(np.zeros(LOOP + size + 2), np.zeros((LOOP + size + 2,) * 2))
-    member.covariance[LOOP:-2, LOOP:-2] = first
+    member = Member(np.zeros(LOOP + size + 2), packed(np.pad(first, LOOP)))
     for row, output in zip(rows, outputs, strict=True):
         update_rls_in_place(paper, row, output, forgetting)
         fading.predict()
@@ -95,7 +97,7 @@ def test_without_loop_states_it_is_the_recursive_least_squares_of_the_paper(forg
         updated(member, np.concatenate([row, [0.0, 0.0]]), output, 1.0)
         np.testing.assert_allclose(member.mean[LOOP:-2], paper.estimate, rtol=1e-9, atol=1e-9)
         np.testing.assert_allclose(member.mean[LOOP:-2], fading.x[:, 0], rtol=1e-9, atol=1e-9)
-    np.testing.assert_allclose(member.covariance[LOOP:-2, LOOP:-2], fading.P, rtol=1e-8, atol=1e-12)
+    np.testing.assert_allclose(unpacked(member.covariance)[LOOP:-2, LOOP:-2], fading.P, rtol=1e-8, atol=1e-12)
 
 
 @given(seed=SEEDS, weight=st.floats(0.01, 0.99), rate=st.floats(0.001, 0.5))
@@ -111,7 +113,7 @@ def test_two_members_interact_as_multiple_models_do(seed, weight, rate):
     mixed.predict()
     for member, other in zip(members, others, strict=True):
         np.testing.assert_allclose(member.mean, other.x[:, 0], rtol=1e-9, atol=1e-10)
-        np.testing.assert_allclose(member.covariance, other.P, rtol=1e-9, atol=1e-9)
+        np.testing.assert_allclose(unpacked(member.covariance), other.P, rtol=1e-9, atol=1e-9)
 
 
 @given(seed=SEEDS)
@@ -120,10 +122,10 @@ def test_the_bounds_are_met_by_the_projection_in_the_metric_of_the_information(s
     rng = np.random.default_rng(seed)
     count = 6
     root = np.eye(LOOP + count) + 0.2 * rng.standard_normal((LOOP + count,) * 2)
-    member = Member(rng.standard_normal(LOOP + count), root @ root.T)
+    member = Member(rng.standard_normal(LOOP + count), packed(root @ root.T))
     lowest = np.full(count, -math.inf)
     lowest[1:4] = 0.0
-    prior = Prior(np.zeros(count), np.eye(count), np.zeros(count, bool), lowest, np.full(count, math.inf))
+    prior = Prior(np.zeros(count), packed(np.eye(count)), np.zeros(count, bool), lowest, np.full(count, math.inf))
     solution = lsq_linear(
         np.linalg.inv(root),
         np.linalg.solve(root, member.mean),
@@ -139,12 +141,13 @@ def test_what_is_not_measured_returns_to_the_prior():
     rng = np.random.default_rng(3)
     member = drawn(rng, 4)
     scaled = np.array([False, True, True, False])
-    prior = Prior(rng.standard_normal(4), spread(rng, 4), scaled, np.full(4, -math.inf), np.full(4, math.inf))
+    prior = Prior(rng.standard_normal(4), packed(spread(rng, 4)), scaled, np.full(4, -math.inf), np.full(4, math.inf))
     for _ in range(2000):
         return_in_place(member, prior, 10.0, 0.99)
     units = np.where(scaled, 10.0, 1.0)
     np.testing.assert_allclose(member.mean[LOOP:], prior.mean * units, rtol=1e-6)
-    np.testing.assert_allclose(member.covariance[LOOP:, LOOP:], prior.covariance * np.outer(units, units), rtol=1e-6)
+    expected = unpacked(prior.covariance) * np.outer(units, units)
+    np.testing.assert_allclose(unpacked(member.covariance)[LOOP:, LOOP:], expected, rtol=1e-6)
 
 
 @given(seed=SEEDS)
@@ -153,7 +156,9 @@ def test_an_outlier_counts_no_more_than_the_clip_says(seed):
     plain, clipped, wild = (drawn(np.random.default_rng(seed), 4) for _ in range(3))
     x = rng.standard_normal(4)
     base = plain.mean.copy()
-    level = math.sqrt(np.concatenate([[1.0, 0.0], x]) @ plain.covariance @ np.concatenate([[1.0, 0.0], x]) + 1.0)
+    level = math.sqrt(
+        np.concatenate([[1.0, 0.0], x]) @ unpacked(plain.covariance) @ np.concatenate([[1.0, 0.0], x]) + 1.0
+    )
     centre = base[0] + x[:-2] @ base[LOOP:-2]
     updated(clipped, x, centre + 3.0 * level, 1.0, clip=3.0)
     updated(wild, x, centre + 1e6 * level, 1.0, clip=3.0)
@@ -169,8 +174,7 @@ def test_sum_of_squared_innovations_is_the_least_regularised_sum_of_squares(seed
     rows = np.cumsum(rng.standard_normal((count, size)), axis=0) * 0.1
     outputs = np.cumsum(rng.standard_normal(count))
     first, covariance = rng.standard_normal(size), spread(rng, size)
-    member = Member(np.concatenate([[0.0, 0.0], first, [0.0, 0.0]]), np.zeros((LOOP + size + 2,) * 2))
-    member.covariance[LOOP:-2, LOOP:-2] = covariance
+    member = Member(np.pad(first, LOOP), packed(np.pad(covariance, LOOP)))
     total = 0.0
     for row, output in zip(rows, outputs, strict=True):
         normalised, _ = updated(member, np.concatenate([row, [0.0, 0.0]]), output, noise)
