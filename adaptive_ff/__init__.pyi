@@ -20,12 +20,12 @@ from .identify.batch import identify_series as identify_series
 from .identify.batch import identify_torque_form as identify_torque_form
 from .identify.identification import identify_log as identify_log
 from .identify.result import LogIdentification as LogIdentification
+from .learning.stribeck import fit_stribeck as fit_stribeck
+from .learning.support_points import support_points as support_points
 from .logs.log import Log as Log
 from .logs.log import read_log as read_log
 from .scenario.scenario import Scenario as Scenario
 from .scenario.scenario import load_scenario as load_scenario
 from .scenario.scenario import parse_scenario as parse_scenario
-from .stribeck.fit import fit_stribeck as fit_stribeck
-from .stribeck.points import support_points as support_points
 
 __version__: str

@@ -9,9 +9,9 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, MultipleLocator
 
 from adaptive_ff.friction.model import model_friction
+from adaptive_ff.learning.stribeck import StribeckFit
+from adaptive_ff.learning.support_points import SupportPoints
 from adaptive_ff.report.style import INK, STYLE, WIDTH
-from adaptive_ff.stribeck.fit import StribeckFit
-from adaptive_ff.stribeck.points import SupportPoints
 from benchmarks.paper.drawing import TORQUE_FORM, Look, label, legend
 from benchmarks.paper.identification_data import TRUE
 

@@ -6,11 +6,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from adaptive_ff import load_scenario
+from adaptive_ff.learning.stribeck import Array, StribeckFit, fit_stribeck
+from adaptive_ff.learning.support_points import SupportPoints, support_points
 from adaptive_ff.simulation.experiment import empty_record, lay_plain_course
 from adaptive_ff.simulation.loop import run_compiled, start_position
-from adaptive_ff.stribeck.fit import StribeckFit, fit_stribeck
-from adaptive_ff.stribeck.points import SupportPoints, support_points
-from adaptive_ff.stribeck.problem import Array
 from benchmarks.paper.experiment import Experiment, Row
 from benchmarks.paper.figure_08 import NAMES, draw
 from benchmarks.paper.identification_data import SEED, TRUE

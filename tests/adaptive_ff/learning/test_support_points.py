@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from adaptive_ff.stribeck.fit import fit_stribeck
-from adaptive_ff.stribeck.points import support_points
+from adaptive_ff.learning.stribeck import fit_stribeck
+from adaptive_ff.learning.support_points import support_points
 
 SPEEDS = np.geomspace(0.005, 0.35, 30)
 BOTH = np.concatenate([-SPEEDS[::-1], SPEEDS])
