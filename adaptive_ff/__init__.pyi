@@ -16,10 +16,10 @@ from .friction.model import PER_DIRECTION_WITH_GRAVITY as PER_DIRECTION_WITH_GRA
 from .friction.model import WITH_GRAVITY as WITH_GRAVITY
 from .friction.model import WITH_OFFSET as WITH_OFFSET
 from .friction.model import TorqueModel as TorqueModel
-from .identify.batch import identify_series as identify_series
-from .identify.batch import identify_torque_form as identify_torque_form
 from .identify.identification import identify_log as identify_log
 from .identify.result import LogIdentification as LogIdentification
+from .learning.batch import identify_series as identify_series
+from .learning.batch import identify_torque_form as identify_torque_form
 from .learning.stribeck import fit_stribeck as fit_stribeck
 from .learning.support_points import support_points as support_points
 from .logs.log import Log as Log

@@ -11,7 +11,7 @@ from adaptive_ff.comparison.own_bandwidth import TUNING_SEEDS
 from adaptive_ff.comparison.registry import loop_of
 from adaptive_ff.comparison.run import simulate
 from adaptive_ff.errors import InputError
-from adaptive_ff.identify.batch import identify_torque_form
+from adaptive_ff.learning.batch import identify_torque_form
 from adaptive_ff.scenario.plausibility import PEAK_FACTOR, USED_SHARE
 from adaptive_ff.scenario.reference import Multisine
 from adaptive_ff.scenario.scenario import Scenario
@@ -105,7 +105,7 @@ def interval_widths(scenario: Scenario, seeds: Sequence[int]) -> dict[str, float
     """Return the widths of the 95 % intervals that the reference of a scenario gives, the median over seeds.
 
     The PI loop follows the reference; the torque form is identified from measured velocity and torque of the drive,
-    with the assumed Stribeck velocity, see :func:`adaptive_ff.identify.batch.identify_torque_form`.
+    with the assumed Stribeck velocity, see :func:`adaptive_ff.learning.batch.identify_torque_form`.
 
     Parameters
     ----------

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from adaptive_ff.identify.batch import Array, Mask
+from adaptive_ff.learning.batch import Array, Mask
 from adaptive_ff.learning.batch_least_squares import fit_least_squares
 from benchmarks.paper.experiment import Row
 from benchmarks.paper.identification_data import TRUE

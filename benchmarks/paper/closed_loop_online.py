@@ -3,7 +3,7 @@
 import numpy as np
 
 from adaptive_ff.friction.model import ESTIMATED
-from adaptive_ff.identify.batch import Array, Mask, slides_one_way
+from adaptive_ff.learning.batch import Array, Mask, slides_one_way
 from adaptive_ff.learning.batch_least_squares import fit_least_squares
 from adaptive_ff.learning.series import COEFFICIENTS, series_coefficients
 from benchmarks.paper.closed_loop_offline import FEW_SEEDS

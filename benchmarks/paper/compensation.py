@@ -7,7 +7,7 @@ import numpy as np
 from adaptive_ff.baselines.model_based import ModelBased
 from adaptive_ff.baselines.paper import PaperController
 from adaptive_ff.friction.model import TorqueModel
-from adaptive_ff.identify.batch import Array
+from adaptive_ff.learning.batch import Array
 from benchmarks.paper.experiment import Row
 from benchmarks.paper.identification_data import TRUE
 from benchmarks.paper.prediction import rms

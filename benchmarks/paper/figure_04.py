@@ -5,7 +5,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter
 
-from adaptive_ff.identify.batch import Identification
+from adaptive_ff.learning.batch import Identification
 from adaptive_ff.report.style import STYLE
 from benchmarks.paper.drawing import GUIDE, SERIES, TORQUE_FORM, TRUTH, Look, label, legend, panels
 from benchmarks.paper.identification_data import SYMBOLS, TRUE, Data

@@ -5,7 +5,7 @@ from matplotlib import rc_context
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter
 
-from adaptive_ff.identify.batch import Array
+from adaptive_ff.learning.batch import Array
 from adaptive_ff.report.style import STYLE
 from benchmarks.paper.drawing import SERIES, TORQUE_FORM, TRUTH, Look, label, legend, panels
 from benchmarks.paper.robot import NOISE, Drive

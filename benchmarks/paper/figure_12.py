@@ -6,7 +6,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from adaptive_ff.friction.model import ESTIMATED, UNITS
-from adaptive_ff.identify.batch import Array
+from adaptive_ff.learning.batch import Array
 from adaptive_ff.learning.series import COEFFICIENTS, series_coefficients
 from adaptive_ff.report.style import INK, STYLE, WIDTH
 from benchmarks.paper.closed_loop_online import is_possible, physical_series

@@ -3,7 +3,7 @@
 import numpy as np
 
 from adaptive_ff.friction.model import ESTIMATED, TorqueModel
-from adaptive_ff.identify.batch import Identification, identify_series, identify_torque_form, slides_one_way
+from adaptive_ff.learning.batch import Identification, identify_series, identify_torque_form, slides_one_way
 from adaptive_ff.learning.batch_least_squares import Array
 from benchmarks.paper.experiment import Experiment, Row
 from benchmarks.paper.figure_04 import draw

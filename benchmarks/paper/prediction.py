@@ -5,8 +5,8 @@ import math
 import numpy as np
 
 from adaptive_ff.friction.model import ESTIMATED, TorqueModel
+from adaptive_ff.learning.batch import series_rows
 from adaptive_ff.learning.batch_least_squares import Array
-from adaptive_ff.learning.rows import series_rows
 from adaptive_ff.learning.series import SeriesCoefficients, series_regressors
 from benchmarks.paper.identification_data import PERIOD, SOLVER_PERIOD, TRUE, Data, joint_of, run_held
 from controllers import compiled

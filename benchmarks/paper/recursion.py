@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from adaptive_ff.friction.model import ESTIMATED
+from adaptive_ff.learning.batch import torque_form_rows
 from adaptive_ff.learning.rls import RLSState, update_rls_in_place
-from adaptive_ff.learning.rows import torque_form_rows
 from adaptive_ff.learning.torque_form import TorqueForm, initial_signals, regressor_names, settle_signals_in_place
 from controllers import compiled
 

@@ -4,8 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from adaptive_ff.learning.batch import Mask
 from adaptive_ff.learning.batch_least_squares import Array
-from adaptive_ff.learning.rows import Mask
 from benchmarks.paper.identification_data import PERIOD, TRUE, Data
 from benchmarks.paper.offline import filtered
 from benchmarks.paper.prediction import FIRST, model_one_step, regression, rms, series_one_step

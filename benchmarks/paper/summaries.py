@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from adaptive_ff.friction.model import ESTIMATED
-from adaptive_ff.identify.batch import Array
+from adaptive_ff.learning.batch import Array
 from benchmarks.paper.identification_data import SYMBOLS, TRUE
 
 TRUTH = np.array([getattr(TRUE, name) for name in ESTIMATED])

@@ -6,7 +6,7 @@ import numpy as np
 
 from adaptive_ff.adaptive.controller import AdaptiveController
 from adaptive_ff.friction.model import ESTIMATED, TorqueModel
-from adaptive_ff.identify.batch import Array, Identification, identify_torque_form, slides_one_way
+from adaptive_ff.learning.batch import Array, Identification, identify_torque_form, slides_one_way
 from adaptive_ff.learning.batch_least_squares import LeastSquaresFit, fit_least_squares
 from adaptive_ff.learning.series import COEFFICIENTS, write_physical
 from adaptive_ff.learning.torque_form import TorqueForm

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from adaptive_ff.friction.model import ESTIMATED, TorqueModel
-from adaptive_ff.identify.batch import identify_series
+from adaptive_ff.learning.batch import identify_series
 from adaptive_ff.learning.rls import RLSState, update_rls_in_place
 from adaptive_ff.learning.series import series_coefficients
 from benchmarks.paper import misprints, offline, online, reversal, reversal_errors, rounding

@@ -13,12 +13,22 @@ import numpy as np
 from adaptive_ff.friction.identifying import check_parameters
 from adaptive_ff.friction.model import ESTIMATED, TorqueModel
 from adaptive_ff.learning.batch_least_squares import Array, Estimate, LeastSquaresFit, fit_least_squares
-from adaptive_ff.learning.rows import Mask, series_rows, torque_form_rows
-from adaptive_ff.learning.series import COEFFICIENTS, write_physical
-from adaptive_ff.learning.torque_form import TorqueForm, initial_signals, regressor_names, settle_signals_in_place
-from controllers import check_positive
-from controllers.arrays import ArrayLike
+from adaptive_ff.learning.series import COEFFICIENTS, series_regressors, write_physical
+from adaptive_ff.learning.sliding_gate import sliding_time
+from adaptive_ff.learning.torque_form import (
+    Signals,
+    TorqueForm,
+    advance_signals_in_place,
+    initial_signals,
+    regressor_names,
+    settle_signals_in_place,
+    write_regressors,
+)
+from controllers import check_positive, compiled
+from controllers.arrays import ArrayLike, NDArray
 from controllers.checks import check_numbers, checked_array
+
+Mask = NDArray[np.bool_]
 
 FILTER_MEMORY = 6.0
 """Time constants of the filters after which they have forgotten an error: the equations are correlated that long."""
@@ -61,11 +71,9 @@ def identify_series(
 
     Parameters
     ----------
-    velocity : array_like, shape (n,)
-        Velocity at the samples, rad/s.
-    torque : array_like, shape (n,)
-        The ``u(k)`` of (4), N m. Handing in the commanded torque instead of the one that acted over the period which
-        ends at ``k`` is the other reading of the paper; it biases the result.
+    velocity, torque : array_like, shape (n,)
+        Velocity at the samples (rad/s), and the ``u(k)`` of (4), N m. Handing in the commanded torque instead of the
+        one that acted over the period which ends at ``k`` is the other reading of the paper; it biases the result.
     period : float
         Sampling period, s.
     stribeck_velocity, stribeck_shape : float
@@ -73,13 +81,7 @@ def identify_series(
     use : array_like of bool, shape (n,), optional
         Samples ``k`` whose equation counts, such as ``slides_one_way`` gives; all by default, as in the paper.
     confidence : float, optional
-        Probability that the confidence intervals are meant to have.
-
-    Returns
-    -------
-    Identification
-        The joint; ``regression`` holds the coefficients of (4). Intervals of the physical parameters are carried over
-        from those of the coefficients to first order.
+        Probability of the intervals; those of physical parameters are carried over to first order.
 
     Raises
     ------
@@ -122,32 +124,20 @@ def identify_torque_form(
 
     Parameters
     ----------
-    time : array_like, shape (n,)
-        Time of the samples, s, increasing; steps may differ.
-    velocity : array_like, shape (n,)
-        Velocity at the samples, rad/s; taken as linear between them.
-    torque : array_like, shape (n,)
-        Torque over the period that ends at the sample, N m; constant in it.
+    time, velocity, torque : array_like, shape (n,)
+        Time of the samples (s), increasing, velocity there (rad/s), linear in between, and torque over the period that
+        ends there (N m).
     stribeck_velocity, stribeck_shape : float
         Pre-estimated ``Vs`` (rad/s) and ``delta``.
     filter_pole : float
         Pole of the filters, rad/s.
-    slowest : float
-        Gate: speed below which the joint may stick, rad/s.
-    hold : float
-        Gate: for how long the joint must have been faster, s; a few times ``1 / filter_pole``. At the start, where
-        the filters begin from a guess, twice as long.
+    slowest, hold : float
+        Gate: speed below which the joint may stick, rad/s, and for how long it must have been faster, s; at the start
+        twice as long.
     parameters : sequence of str, optional
-        What is identified: ``ESTIMATED`` of :mod:`adaptive_ff.friction.model` by default, ``WITH_OFFSET`` or
-        ``PER_DIRECTION`` of it.
+        What is identified: ``ESTIMATED``, ``WITH_OFFSET`` or ``PER_DIRECTION`` of :mod:`adaptive_ff.friction.model`.
     confidence : float, optional
-        Probability that the confidence intervals are meant to have.
-
-    Returns
-    -------
-    Identification
-        The joint; ``regression`` holds the columns of the form, of which ``inertia_lag`` is ``J tau``. The
-        intervals take the correlation of filtered errors into account.
+        Probability of the intervals; they take the correlation of filtered errors into account.
 
     Raises
     ------
@@ -259,3 +249,40 @@ def _check_series(**series: ArrayLike) -> list[Array]:
             raise ValueError(f"{name}[{place}] = {array[place]} is not allowed: all must be finite")
         checked.append(array)
     return checked
+
+
+def _series_rows(velocity: Array, torque: Array, stribeck_velocity: float, stribeck_shape: float, rows: Array) -> None:
+    """Write the regressors of (4) of each sample, from the third on, into the rows."""
+    for k in range(2, velocity.size):
+        series_regressors(
+            rows[k], (velocity[k - 1], velocity[k - 2]), (torque[k], torque[k - 1]), stribeck_velocity, stribeck_shape
+        )
+
+
+def _torque_form_rows(
+    form: TorqueForm,
+    signals: Signals,
+    time: Array,
+    velocity: Array,
+    torque: Array,
+    gate: tuple[float, float],
+    rows: Array,
+    outputs: Array,
+    used: Mask,
+) -> None:
+    """Write regressors, outputs and whether the gate is open; the gate is its speed (rad/s) and hold (s).
+
+    There is no reference to slide along. A reversal so fast that both samples around it are above the speed of the gate
+    does not close it: the joint cannot have stuck for long, and the filters split it where it happens.
+    """
+    sliding = -gate[1]
+    for k in range(1, time.size):
+        duration = time[k] - time[k - 1]
+        signals = advance_signals_in_place(form, signals, torque[k], velocity[k], duration)
+        sliding = sliding_time(sliding, velocity[k], velocity[k], True, gate[0], duration)
+        outputs[k] = write_regressors(form, signals, rows[k])
+        used[k] = sliding > gate[1]
+
+
+series_rows = compiled(_series_rows)
+torque_form_rows = compiled(_torque_form_rows)

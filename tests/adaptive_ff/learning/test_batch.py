@@ -5,8 +5,8 @@ import pytest
 from scipy import stats
 
 from adaptive_ff.friction.model import ESTIMATED, TorqueModel
-from adaptive_ff.identify.batch import identify_series, identify_torque_form, slides_one_way
-from adaptive_ff.learning import rows as batch_rows
+from adaptive_ff.learning import batch as batch_rows
+from adaptive_ff.learning.batch import identify_series, identify_torque_form, slides_one_way
 from adaptive_ff.learning.batch_least_squares import fit_least_squares
 from adaptive_ff.learning.series import COEFFICIENTS, series_coefficients
 from adaptive_ff.learning.torque_form import TorqueForm, initial_signals, settle_signals_in_place
