@@ -26,7 +26,6 @@ from .design.position_design import PositionDesign as PositionDesign
 from .design.position_design import default_position_gain as default_position_gain
 from .design.position_design import design_position_loop as design_position_loop
 from .design.systems import LoopSystems as LoopSystems
-from .design.systems import Margins as Margins
 from .design.systems import loop_margins_of as loop_margins_of
 from .design.systems import loop_systems as loop_systems
 from .interface import Controller as Controller

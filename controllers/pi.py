@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from controllers.bridging import bridging_share
 from controllers.checks import check_numbers, check_period
@@ -178,10 +178,10 @@ class PI(Controller):
         delay: int = 0,
         maximum_sensitivity: float = PI_SENSITIVITY,
         friction: Callable[[float], float] | None = None,
+        velocity: Any = None,
     ) -> "PIDesign":
         """Design the gains by robustness margin; arguments and errors are those of :func:`controllers.design_pi`."""
         from controllers.design.pi_design import design_pi
 
-        return design_pi(
-            inertia, period, bandwidth, delay=delay, maximum_sensitivity=maximum_sensitivity, friction=friction
-        )
+        options = {"maximum_sensitivity": maximum_sensitivity, "friction": friction, "velocity": velocity}
+        return design_pi(inertia, period, bandwidth, delay=delay, **options)

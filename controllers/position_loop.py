@@ -6,7 +6,7 @@ reference: it contains the measured position, and friction fed forward along it 
 """
 
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from controllers.checks import check_finite, check_numbers, check_positive
 from controllers.sensitivity import PI_SENSITIVITY
@@ -127,8 +127,10 @@ class PositionLoop:
         *,
         delay: int = 0,
         maximum_sensitivity: float = PI_SENSITIVITY,
+        velocity: Any = None,
     ) -> "PositionDesign":
         """Design the gain for the bandwidth of the velocity loop; see :func:`controllers.design_position_loop`."""
         from controllers.design.position_design import design_position_loop
 
-        return design_position_loop(period, bandwidth, gain, delay=delay, maximum_sensitivity=maximum_sensitivity)
+        options = {"maximum_sensitivity": maximum_sensitivity, "velocity": velocity}
+        return design_position_loop(period, bandwidth, gain, delay=delay, **options)

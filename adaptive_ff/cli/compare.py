@@ -100,6 +100,7 @@ def compare_command(
         if comparison.bandwidths:
             best = ", ".join(f"{name} {hertz:.3g} Hz" for name, hertz in comparison.bandwidths.items())
             shown.append(f"Each controller in the loop that suits it, chosen on other seeds: {best}")
+        warn(comparison.cautions())
         title, details = f"Controllers on {source}, seed {loaded.seed}", {"Scenario": to_toml(loaded)}
         results.write("result.json", comparison.to_dict(), shown, comparison.plot(None), title=title, details=details)
         results.shown.append(f"Plots, time series and result.json are in {output.out}")

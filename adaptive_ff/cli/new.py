@@ -1,6 +1,6 @@
 """Command ``adaptive-ff new``."""
 
-from typing import Annotated
+from typing import Annotated, Literal
 
 import typer
 
@@ -10,13 +10,47 @@ def new_command(
     torque: Annotated[float, typer.Option(help="Rated torque at the joint, N m (linear: N).")] = 400.0,
     speed: Annotated[float, typer.Option(help="Rated speed of the joint, rad/s (linear: m/s).")] = 2.5,
     rate: Annotated[float, typer.Option(help="Sampling frequency of the velocity controller, Hz.")] = 1000.0,
+    encoder: Annotated[
+        float | None,
+        typer.Option(
+            metavar="COUNTS",
+            help="Counts of an encoder in a turn, all edges (of a linear axis: in a metre), which then takes the "
+            "place of a sensor of velocity.",
+        ),
+    ] = None,
+    encoder_side: Annotated[
+        Literal["motor", "joint"], typer.Option(help="Where it is: on the motor, before the gear, or on the joint.")
+    ] = "joint",
+    velocity_cutoff: Annotated[
+        float | None, typer.Option(help="Low-pass of the encoder's velocity, Hz; chosen by default.")
+    ] = None,
+    gear_ratio: Annotated[
+        float | None, typer.Option(help="Turns of the motor in one of the joint (linear: rad of the motor in a metre).")
+    ] = None,
+    delay: Annotated[float, typer.Option(help="Delay from a sample to the torque of the drive, s.")] = 0.0,
     linear: Annotated[bool, typer.Option("--linear", help="A linear axis: mass, force, m/s.")] = False,
 ) -> None:
-    """Print a smallest complete scenario file, from the numbers of a data sheet: adaptive-ff new > joint.toml."""
+    """Print a smallest complete scenario file, from the numbers of a data sheet: adaptive-ff new > joint.toml.
+
+    The bandwidth of the velocity loop is chosen for sensor, friction and delay.
+    """
     from adaptive_ff.errors import InputError
-    from adaptive_ff.scenario.new import LONGEST_PERIOD, SHORTEST_PERIOD, new_scenario_text
+    from adaptive_ff.scenario.new import LONGEST_PERIOD, SHORTEST_PERIOD, Encoder, new_scenario_text
 
     least, most = 1.0 / LONGEST_PERIOD, 1.0 / SHORTEST_PERIOD
     if not least < rate <= most:
         raise InputError(f"--rate = {rate:g} is not allowed: it must be above {least:g} Hz and at most {most:.3g} Hz")
-    typer.echo(new_scenario_text(inertia, torque, speed, period=1.0 / rate, linear=linear), nl=False)
+    if encoder is None and (velocity_cutoff is not None or encoder_side == "motor"):
+        raise InputError("--velocity-cutoff and --encoder-side need an --encoder")
+    measured = None if encoder is None else Encoder(encoder, velocity_cutoff, encoder_side == "motor")
+    text = new_scenario_text(
+        inertia,
+        torque,
+        speed,
+        period=1.0 / rate,
+        linear=linear,
+        encoder=measured,
+        gear_ratio=gear_ratio,
+        delay=delay,
+    )
+    typer.echo(text, nl=False)

@@ -17,12 +17,23 @@ def tune_command(
     ] = None,
     seeds: Annotated[int, typer.Option(min=1, max=100, help="Number of seeds to report on, from 1 on.")] = 5,
     tuning_seeds: Annotated[int, typer.Option(min=1, help="Number of seeds to choose on, from 101 on.")] = 3,
+    stiffness: Annotated[
+        float,
+        typer.Option(
+            min=0.0, help="Least stiffness of a recommended loop, N m/rad (linear: N/m): load over angle lost."
+        ),
+    ] = 0.0,
     details: Annotated[
         bool, typer.Option("--details", help="Also print margins, noise and errors at each bandwidth.")
     ] = False,
     output: Output = Output(),  # noqa: B008 - the defaults of the options
 ) -> None:
-    """Find the bandwidth that suits each controller: margins, noise and error over the bandwidth of the PI loop."""
+    """Find the bandwidth that suits each controller: margins, noise, stiffness and error over that of the PI loop.
+
+    Two errors are weighed: the settled one, and the one in the 5 s after a step of the load of 0.4 of the torque limit.
+    Recommended is where the larger of their ratios to the least that pi leaves at any bandwidth is least: below 1, no
+    PI loop is better in either.
+    """
     from adaptive_ff.comparison.own_bandwidth import FIRST_TUNING_SEED
     from adaptive_ff.files import write_csv
     from adaptive_ff.report.tables import best_table, errors_table, loops_table
@@ -36,6 +47,7 @@ def tune_command(
             study = study_bandwidths(
                 loaded,
                 controller or STUDIED,
+                stiffness=stiffness,
                 tuning_seeds=range(FIRST_TUNING_SEED, FIRST_TUNING_SEED + tuning_seeds),
                 reported_seeds=range(1, seeds + 1),
                 workers=None,
@@ -44,8 +56,6 @@ def tune_command(
         write_csv(results.stage / "tune.csv", study.columns())
         shown: list[Any] = [best_table(study)]
         further = [loops_table(study), errors_table(study)]
-        if loaded.sensor.encoder_resolution is not None:
-            shown.append("Margins are those of the loop without the filter that makes a velocity of encoder readings.")
         title = f"Bandwidths for {source}"
         figures, page = {"tune": study.plot()}, {"Scenario": to_toml(loaded)}
         shown += further if details else []

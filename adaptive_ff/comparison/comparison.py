@@ -1,5 +1,6 @@
 """All controllers of a scenario side by side."""
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,9 +13,17 @@ from adaptive_ff.comparison.running import check_progress, compile_together
 from adaptive_ff.errors import checked_path
 from adaptive_ff.files import write_result
 from adaptive_ff.reported import Reported
+from adaptive_ff.scenario.axis_units import axis_unit
 from adaptive_ff.scenario.given import check_scenario
+from adaptive_ff.scenario.loop import TREMBLING
 from adaptive_ff.scenario.scenario import Scenario, load_scenario
 from adaptive_ff.simulation.experiment import lay_course
+
+ORACLE = "oracle"
+"""What is fed the true friction."""
+
+NO_GAIN = 0.95
+"""Settled error of the oracle over that of the baseline beyond which feedforward gains nothing."""
 
 BASELINE = "pi"
 """The controller that improvement is measured against."""
@@ -52,6 +61,28 @@ class Comparison(Reported):
         if not self.scenario.feedback.is_auto:
             return {}
         return {name: run.scenario.feedback.hertz for name, run in self.runs.items()}
+
+    def cautions(self) -> list[str]:
+        """Return what makes the figures say little of friction, a sentence each: noise, and commands that tremble."""
+        found, axis = [], self.scenario.joint.axis
+        speed, force = axis_unit(axis, "mrad/s"), axis_unit(axis, "N m")
+        settled = {name: 1e3 * run.metrics.rms_error_settled for name, run in self.runs.items()}
+        if {BASELINE, ORACLE} <= settled.keys() and settled[ORACLE] > NO_GAIN * settled[BASELINE] > 0.0:
+            found.append(
+                f"{ORACLE}, which is fed the true friction, settles at {settled[ORACLE]:.3g} {speed}, {BASELINE} at "
+                f"{settled[BASELINE]:.3g}: noise of the measurement dominates, not friction; a slower loop "
+                "(adaptive-ff tune) or a finer sensor helps, feedforward does not"
+            )
+        limit = self.scenario.actuator.torque_limit
+        for name, run in self.runs.items():
+            # the mean step of a white torque is 2/sqrt(pi) times its rms
+            noise = 0.5 * math.sqrt(math.pi) * run.metrics.torque_variation / self.scenario.samples
+            if limit is not None and noise > TREMBLING * limit:
+                found.append(
+                    f"the command of {name} trembles by {noise:.3g} {force} (rms), {100.0 * noise / limit:.2g} % of "
+                    f"actuator.torque_limit = {limit:g} {force}: a slower loop or a lower velocity.cutoff calms it"
+                )
+        return found
 
     def to_dict(self) -> dict[str, Any]:
         """Return the result as ``--json`` writes it."""

@@ -1,9 +1,11 @@
 """The bandwidth at which a controller does best on a scenario: error over bandwidth, on seeds that are not reported.
 
 On a common PI loop a good compensator is held to the bandwidth that suits the others, and a weak one is helped by a
-loop that is slow. A controller's own best bandwidth is the one at which its settled error is least, up to the fastest
-loop that a maximum sensitivity of 1.7 allows. It is searched on seeds from 101 on, whatever the scenario's own is. A
-best bandwidth at either end of the range is marked, because the true optimum may be beyond it.
+loop that is slow. What suits a controller weighs two errors: the settled one, and the one after a step of the load of
+0.4 of the rated torque, which a slow loop stands badly. Each is taken over the least that PI leaves at any bandwidth,
+and the larger of the two ratios is the cost (a Chebyshev distance): below 1, no PI loop is better in either. It is
+searched up to the fastest loop that a maximum sensitivity of 1.7 allows, on seeds from 101 on, whatever the scenario's
+own is. A best bandwidth at either end of the range is marked, because the true optimum may be beyond it.
 """
 
 import math
@@ -12,12 +14,15 @@ from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from adaptive_ff.comparison.running import drive_over
+from adaptive_ff.scenario.loop import load_step, tried_bandwidths
 from adaptive_ff.scenario.scenario import Scenario
 from adaptive_ff.simulation.experiment import NO_POSITION_LOOP, Course, lay_course
-from adaptive_ff.simulation.metrics import evaluate
-from controllers import fastest_bandwidth
+from adaptive_ff.simulation.metrics import settled_start
+from adaptive_ff.simulation.tracking_errors import WINDOW, tracking_errors
+from controllers import PI
 
 Maker = Callable[[Scenario], Any]
 """Makes a controller, any object with a method ``step``, for a scenario."""
@@ -28,11 +33,12 @@ FIRST_TUNING_SEED = 101
 TUNING_SEEDS = tuple(range(FIRST_TUNING_SEED, FIRST_TUNING_SEED + 3))
 """Seeds on which a bandwidth is chosen by default."""
 
-SLOWEST, SLOWEST_SHARE = 1.0, 0.25
-"""Slowest loop that is tried, Hz, and its share of the fastest one where that is less."""
 
-STEP = 2.0**0.5
-"""Ratio of one bandwidth that is tried to the next."""
+class Errors(NamedTuple):
+    """Root mean square errors of a run, rad/s; infinite where the loop fails."""
+
+    settled: float  # settled, without the load
+    loaded: float  # in the first 5 s after the step of the load
 
 
 class OwnBandwidth(NamedTuple):
@@ -42,35 +48,74 @@ class OwnBandwidth(NamedTuple):
     ----------
     bandwidths : tuple of float
         Bandwidths that were tried, ascending, Hz.
-    errors : tuple of float
-        Settled rms error at each, the median over the seeds, rad/s; infinite where the loop fails.
+    errors, loaded : tuple of float
+        Settled rms error at each, and after the step of the load, medians over the seeds, rad/s; infinite where the
+        loop fails.
+    costs : tuple of float
+        The larger of the two over PI's least.
     """
 
     bandwidths: tuple[float, ...]
     errors: tuple[float, ...]
+    loaded: tuple[float, ...]
+    costs: tuple[float, ...]
+
+    @property
+    def pairs(self) -> list[Errors]:
+        """The two errors at each bandwidth."""
+        return [Errors(*pair) for pair in zip(self.errors, self.loaded, strict=True)]
+
+    @property
+    def place(self) -> int:
+        """Place of the best bandwidth among those that were tried."""
+        return int(np.argmin(self.costs))
 
     @property
     def best(self) -> float:
-        """The bandwidth of the least error, Hz."""
-        return self.bandwidths[int(np.argmin(self.errors))]
-
-    @property
-    def error(self) -> float:
-        """The least error, rad/s."""
-        return min(self.errors)
+        """The bandwidth of the least cost, Hz."""
+        return self.bandwidths[self.place]
 
     @property
     def at_an_end(self) -> bool:
         """Whether the best bandwidth is the slowest or the fastest one that was tried."""
-        return self.best in (self.bandwidths[0], self.bandwidths[-1])
+        return self.place in (0, len(self.bandwidths) - 1)
 
 
-def tried_bandwidths(scenario: Scenario) -> list[float]:
-    """Return the bandwidths (Hz) that are tried, the fastest that the sampling allows included."""
-    fastest = fastest_bandwidth(scenario.sampling.period, math.ceil(scenario.assumed_delay - 1e-6))
-    slowest = min(SLOWEST, SLOWEST_SHARE * fastest)
-    count = math.floor(math.log(fastest / slowest) / math.log(STEP) + 1e-9) + 1
-    return [fastest / STEP**step for step in reversed(range(count))]
+def own_bandwidth(
+    bandwidths: Sequence[float], found: NDArray[np.float64], least: Errors, allowed: Sequence[bool]
+) -> OwnBandwidth:
+    """Return what suits a controller.
+
+    Parameters
+    ----------
+    bandwidths : sequence of float
+        Bandwidths that were tried, Hz.
+    found : ndarray, shape (bandwidths, seeds, 2)
+        Its errors, settled and loaded.
+    least : Errors
+        PI's least errors, see :func:`least_errors`.
+    allowed : sequence of bool
+        Whether a bandwidth may be chosen.
+
+    Raises
+    ------
+    ArithmeticError
+        The loop fails at every bandwidth.
+    """
+    medians = np.median(found, axis=1).T
+    if not np.isfinite(medians[0][np.array(allowed)]).any():
+        raise ArithmeticError("the simulation fails at every bandwidth that was tried")
+    with np.errstate(invalid="ignore", divide="ignore"):
+        ratios = [np.nan_to_num(one / base, nan=1.0, posinf=np.inf) for one, base in zip(medians, least, strict=True)]
+    costs = np.where(allowed, np.maximum(*ratios), np.inf)
+    if not np.isfinite(costs).any():  # no loop stands the load: the settled error alone decides
+        costs = np.where(allowed, ratios[0], np.inf)
+    return OwnBandwidth(*(tuple(map(float, one)) for one in (bandwidths, *medians, costs)))
+
+
+def least_errors(found: NDArray[np.float64]) -> Errors:
+    """Return the least settled and the least loaded error over the bandwidths of PI's runs."""
+    return Errors(*np.min(np.median(found, axis=1), axis=0).tolist())
 
 
 def with_bandwidth(scenario: Scenario, bandwidth: float) -> Scenario:
@@ -80,30 +125,61 @@ def with_bandwidth(scenario: Scenario, bandwidth: float) -> Scenario:
     return Scenario.model_validate({**content, "feedback": {**kept, "bandwidth": float(bandwidth)}})
 
 
-def settled_error(scenario: Scenario, maker: Maker, course: Course | None = None) -> float:
-    """Return the settled rms error (rad/s) of a controller in the loop of a scenario, infinite where it fails.
+def loaded(scenario: Scenario) -> Scenario:
+    """Return a scenario with a step of the load three quarters of the way from its last change to the end."""
+    begin = scenario.last_change
+    last = scenario.change[-1].model_dump(exclude_unset=True) if scenario.change else {}
+    time = begin + 0.75 * (float(scenario.sample_steps[-1]) * scenario.joint.solver_period - begin)
+    step = {**last, "time": time, "load": last.get("load", 0.0) + load_step(scenario)}
+    return scenario.modified(change=[*(one.model_dump(exclude_unset=True) for one in scenario.change), step])
+
+
+def errors_of(scenario: Scenario, maker: Maker, course: Course | None = None) -> Errors:
+    """Return the errors of a controller in the loop of a scenario before and after its last change.
 
     Parameters
     ----------
     scenario : Scenario
-        The scenario.
+        The scenario, of which :func:`loaded` has made one with a step of the load.
     maker : callable
         Makes the controller for a scenario.
     course : Course, optional
         Course of the same scenario, perhaps with another bandwidth; it is laid here where it is not given.
     """
+    squares = _squares(scenario, maker, course)
+    period, changes = scenario.joint.solver_period, [0.0, *(change.time for change in scenario.change)]
+    before = squares[: math.ceil(changes[-1] / period - 1e-6)]
+    after = squares[before.size :][: round(WINDOW / period)]
+    begin = round(settled_start(changes[-2], before.size * period + (changes[-1] - changes[-2]) / 3.0) / period)
+    return Errors(*(math.sqrt(float(np.mean(part))) for part in (before[begin:], after)))
+
+
+def settled_error(scenario: Scenario, maker: Maker, course: Course | None = None) -> float:
+    """Return the settled rms error (rad/s) of a controller in the loop of a scenario, infinite where it fails.
+
+    Arguments are those of :func:`errors_of`, but that the scenario needs no step of the load.
+    """
+    period, squares = scenario.joint.solver_period, _squares(scenario, maker, course)
+    return tracking_errors(squares, period, changes=[change.time for change in scenario.change]).settled
+
+
+def _squares(scenario: Scenario, maker: Maker, course: Course | None) -> NDArray[np.float64]:
+    """Return the squared errors on the solver's grid, rad^2/s^2, infinite where the loop fails."""
     try:
         controller = maker(scenario)
         laid = lay_course(scenario) if course is None else course
         laid = laid._replace(outer=scenario.position_loop or NO_POSITION_LOOP)  # its gain may follow the bandwidth
         with np.errstate(over="ignore", invalid="ignore"):
             record, _, _ = drive_over(controller, laid)
-            found = evaluate(
-                scenario.times(), laid.reference, record.velocity, record.torque, scenario.last_change
-            ).rms_error_settled
+            squares: NDArray[np.float64] = np.square(laid.reference - record.velocity)
     except (ArithmeticError, ValueError):
-        return math.inf
-    return found if math.isfinite(found) else math.inf
+        return np.full(scenario.times().size, np.inf)
+    return squares if np.isfinite(squares[-1]) else np.full(squares.size, np.inf)
+
+
+def plain_pi(scenario: Scenario) -> PI:
+    """Make the PI loop of a scenario."""
+    return PI(*scenario.feedback.gains, scenario.sampling.period, delay=scenario.assumed_delay)
 
 
 def find_own_bandwidth(
@@ -136,29 +212,30 @@ def find_own_bandwidth(
     ArithmeticError
         The loop fails at every bandwidth.
     """
+    text = scenario.modified(seed=0).model_dump_json(exclude_unset=True)
+    base = _errors(text, plain_pi, tuple(seeds), None)
     tried = tried_bandwidths(scenario)
+    return own_bandwidth(tried, _errors(text, maker, tuple(seeds), progress), least_errors(base), [True] * len(tried))
+
+
+@lru_cache(maxsize=256)
+def _errors(
+    text: str, maker: Maker, seeds: tuple[int, ...], progress: Callable[[float], None] | None
+) -> NDArray[np.float64]:
+    """Return the errors of a controller on a scenario (JSON), shape (bandwidths, seeds, 2)."""
+    scenario = loaded(Scenario.model_validate_json(text))
+    tried, found = tried_bandwidths(scenario), []
     seeded = [scenario.modified(seed=seed) for seed in seeds]
     runs = [(one, lay_course(with_bandwidth(one, tried[0]))) for one in seeded]
-    errors = []
     for place, bandwidth in enumerate(tried):
-        found = [settled_error(with_bandwidth(one, bandwidth), maker, course) for one, course in runs]
-        errors.append(float(np.median(found)))
+        found.append([errors_of(with_bandwidth(one, bandwidth), maker, course) for one, course in runs])
         if progress is not None:
             progress((place + 1) / len(tried))
-    if not math.isfinite(min(errors)):
-        raise ArithmeticError("the simulation fails at every bandwidth that was tried")
-    return OwnBandwidth(tuple(tried), tuple(errors))
+    return np.array(found)
 
 
 def in_own_loop(scenario: Scenario, maker: Maker) -> Scenario:
     """Return a scenario with the bandwidth that suits a controller where its own is ``auto``; else the scenario."""
     if not scenario.feedback.is_auto:
         return scenario
-    return with_bandwidth(
-        scenario, _best_bandwidth(scenario.modified(seed=0).model_dump_json(exclude_unset=True), maker)
-    )
-
-
-@lru_cache(maxsize=256)
-def _best_bandwidth(text: str, maker: Maker) -> float:
-    return find_own_bandwidth(Scenario.model_validate_json(text), maker).best
+    return with_bandwidth(scenario, find_own_bandwidth(scenario, maker).best)

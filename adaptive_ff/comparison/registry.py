@@ -35,13 +35,13 @@ from adaptive_ff.comparison.fixed_models import (
 from adaptive_ff.comparison.observer_bandwidth import observer_bandwidth
 from adaptive_ff.comparison.oracle import make_oracle, make_oracle_tuned
 from adaptive_ff.comparison.own import Own, make_own
-from adaptive_ff.comparison.own_bandwidth import in_own_loop
+from adaptive_ff.comparison.own_bandwidth import in_own_loop, plain_pi
 from adaptive_ff.errors import InputError
 from adaptive_ff.friction.model import WITH_GRAVITY, TorqueModel
 from adaptive_ff.scenario.reference import Multisine
 from adaptive_ff.scenario.scenario import Scenario
 from adaptive_ff.scenario.truth import true_model
-from controllers import PI, DisturbanceObserver, ExtendedState, KalmanDisturbance, SuperTwisting
+from controllers import DisturbanceObserver, ExtendedState, KalmanDisturbance, SuperTwisting
 
 Made = TypeVar("Made")
 
@@ -277,7 +277,7 @@ FIXED = {f"{f}_{s}": fixed(f, s) for f in FORMS for s in SOURCES if (f, s) != ("
 """Feedforwards from fixed models by name."""
 
 CONTROLLERS: dict[str, Maker] = {
-    "pi": lambda scenario: made_for(scenario, PI),
+    "pi": plain_pi,
     "pi_inertia": lambda scenario: made_for(
         scenario, ModelBased, model=TorqueModel(scenario.feedback.inertia, 0.0, 0.0, 0.0, 0.0, 1.0, 1.0)
     ),

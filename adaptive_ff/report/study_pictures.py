@@ -35,6 +35,7 @@ from adaptive_ff.studies.motion import Excitation
 from adaptive_ff.studies.ranking import KNOWS_THE_TRUTH, OURS, Cells, grouped
 from adaptive_ff.studies.sweep import Outcome
 
+LOADED: Look = {"color": INK, "linewidth": 0.9, "linestyle": (0, (4, 2)), "label": "after a step of the load"}
 NOISE: Look = {"color": INK, "linewidth": 0.9, "linestyle": (0, (1, 2)), "label": "noise alone"}
 GIVEN: Look = {**LIMIT, "label": "bandwidth of the scenario"}
 MARGIN: Look = {"color": INK, "linewidth": 1.2}
@@ -78,7 +79,7 @@ GROUPS = {
 
 
 def plot_bandwidths(study: BandwidthStudy) -> Figure:
-    """Draw the settled error of each controller over the bandwidth of its loop, the best marked, and the margin.
+    """Draw the error of each controller over the bandwidth of its loop, with and without the load, and the margin.
 
     Parameters
     ----------
@@ -91,20 +92,21 @@ def plot_bandwidths(study: BandwidthStudy) -> Figure:
     curves = []
     for name, look in looks_of(study.own).items():
         one = study.own[name]
-        errors = np.array([value if np.isfinite(value) else np.nan for value in one.errors])
+        settled, after = (np.where(np.isfinite(each), each, np.nan) for each in (one.errors, one.loaded))
         dot = {"color": look["color"], "marker": "o", "markersize": 6.0, "zorder": 3.0}
-        curves.append((np.array(one.bandwidths), factor * errors, look))
-        curves.append((np.array([one.best]), np.array([factor * one.error]), dot))
+        curves.append((np.array(one.bandwidths), factor * settled, look))
+        curves.append((np.array(one.bandwidths), factor * after, {**LOADED, "color": look["color"], "label": None}))
+        curves.append((np.array([one.best]), np.array([factor * one.errors[one.place]]), dot))
     noise = np.array([loop.noise_velocity for loop in study.loops])
     if np.any(noise > 0.0):
         curves.append((bandwidths, factor * noise, NOISE))
     margin = [(bandwidths, np.array([loop.maximum_sensitivity for loop in study.loops]), MARGIN)]
     panels = [
-        Panel(f"settled rms error ({speed}); dots: the best", curves),
+        Panel(f"settled rms error ({speed}); dots: recommended", curves),
         Panel("maximum sensitivity", margin),
     ]
     given = not study.scenario.feedback.is_auto and np.isfinite(study.scenario.feedback.hertz)
-    keys = [look for *_, look in curves if "label" in look] + ([GIVEN] if given else [])
+    keys = [look for *_, look in curves if look.get("label")] + [LOADED] + ([GIVEN] if given else [])
     with rc_context(STYLE):
         figure, (above, below) = picture(panels, 6.0, "bandwidth of the PI loop (Hz)", keys=keys)
         for axes in (above, below) if given else ():

@@ -98,7 +98,7 @@ class Table:
         least = [max(map(len, column)) for column in words]
         whole = [max(width, len(head)) for width, head in zip(least, self.heads, strict=True)]
         widths = whole if sum(whole) + len(GAP) * len(whole) <= options.max_width else least
-        heads = [[*wrap(head, width), unit] for (head, unit), width in zip(self._both(), widths, strict=True)]
+        heads = [[*wrap(head, max(width, 1)), unit] for (head, unit), width in zip(self._both(), widths, strict=True)]
         if not any(self.units):
             heads = [lines[:-1] for lines in heads]
         height = max(map(len, heads))

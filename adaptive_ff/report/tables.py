@@ -13,6 +13,7 @@ from adaptive_ff.friction.model import PER_DIRECTION, unit_of
 from adaptive_ff.replay.replay import COLD, FIXED, NONE, RECORDED, SAVED, Replay
 from adaptive_ff.report.table import DEVIATIONS, Cell, Columns, Table, table
 from adaptive_ff.scenario.axis_units import axis_unit
+from adaptive_ff.scenario.loop import load_step
 from adaptive_ff.scenario.truth import last_model, true_waves
 from adaptive_ff.studies.bandwidth_study import BandwidthStudy
 from adaptive_ff.studies.drawn_joints import CLASSES, HUNTING
@@ -233,35 +234,37 @@ def standstill_table(results: Results) -> Table | None:
 
 
 def loops_table(study: BandwidthStudy) -> Table:
-    """Return what the PI loop is like at each bandwidth: margins, noise, and whether it holds the steepest friction."""
-    axis = study.scenario.joint.axis
+    """Return what the PI loop is like at each bandwidth: margins, noise, stiffness, and whether it hunts."""
+    axis, step = study.scenario.joint.axis, load_step(study.scenario)
     columns: Columns = {
-        **{"bandwidth": ("Hz", 3), "Ms": ("", 3), "phase": ("°", 2), "gain": ("", 3)},
-        **{
-            "noise torque": (axis_unit(axis, "N m"), 3),
-            "noise speed": (axis_unit(axis, "rad/s"), 3),
-            "steepest friction": None,
-        },
+        **{"bandwidth": ("Hz", 3), "Ms": ("", 3), "phase": ("°", 2)},
+        **{"noise torque": (axis_unit(axis, "N m"), 3), "noise speed": (axis_unit(axis, "rad/s"), 3)},
+        **{"lost": (axis_unit(axis, "rad/(N m)"), 3), "peak": (axis_unit(axis, "rad/s"), 3), "falling friction": None},
     }
     rows: list[list[Cell]] = [
         [
-            *(loop.bandwidth, loop.maximum_sensitivity, loop.phase_margin, loop.gain_margin),
-            *(loop.noise_torque, loop.noise_velocity, "hunts" if loop.hunts else "held"),
+            *(loop.bandwidth, loop.maximum_sensitivity, loop.phase_margin, loop.noise_torque, loop.noise_velocity),
+            *(loop.angle_lost, loop.peak_speed, "hunts" if loop.hunts else "held"),
         ]
         for loop in study.loops
     ]
-    return table("PI loop over its bandwidth: margins, and what sensor noise makes (rms)", rows, columns)
+    load = f"{step:.3g} {axis_unit(axis, 'N m')}"
+    return table(f"PI loop: margins, sensor noise (rms), angle lost to a load, peak after {load}", rows, columns)
 
 
 def errors_table(study: BandwidthStudy) -> Table:
-    """Return the error that each controller leaves at each bandwidth."""
-    speed = (axis_unit(study.scenario.joint.axis, "rad/s"), 3)
-    rows: list[list[Cell]] = [
-        [loop.bandwidth, *(error if math.isfinite(error) else "fails" for error in errors)]
-        for loop, *errors in zip(study.loops, *(one.errors for one in study.own.values()), strict=True)
-    ]
-    columns: Columns = {"bandwidth": ("Hz", 3), **dict.fromkeys(study.own, speed)}
-    return table("Settled error (rms) on the seeds that it is tuned on", rows, columns)
+    """Return the errors that each controller leaves at each bandwidth, what is recommended, and the Pareto front."""
+    speed, front = (axis_unit(study.scenario.joint.axis, "rad/s"), 3), study.front()
+    rows: list[list[Cell]] = []
+    for place, loop in enumerate(study.loops):
+        errors = [error for one in study.own.values() for error in one.pairs[place]]
+        recommended = ", ".join(name for name, one in study.own.items() if one.place == place)
+        named = ", ".join(name for name in study.own if (name, place) in front)
+        cells = [error if math.isfinite(error) else "fails" for error in errors]
+        rows.append([loop.bandwidth, *cells, recommended, named])
+    heads = [head for name in study.own for head in (name, f"{name}, load")]
+    columns: Columns = {"bandwidth": ("Hz", 3), **dict.fromkeys(heads, speed), "best of": None, "front": None}
+    return table("Settled error and error after a step of the load (rms), tuning seeds; Pareto front", rows, columns)
 
 
 def best_table(study: BandwidthStudy) -> Table:
@@ -270,17 +273,16 @@ def best_table(study: BandwidthStudy) -> Table:
     speed = (axis_unit(study.scenario.joint.axis, "rad/s"), 3)
     given = "" if feedback.is_auto else ("as given" if math.isnan(feedback.hertz) else f"at {feedback.hertz:.3g} Hz")
     columns: Columns = {"controller": None, "best": ("Hz", 3), "": None, "error": speed, IMPROVEMENT: ("", 3)}
+    columns = {**columns, "loaded": speed, f"loaded {IMPROVEMENT}": ("", 3)}
     if given:
-        columns = {**columns, f"error {given}": speed, f"{IMPROVEMENT} {given}": ("", 3)}
+        columns = {**columns, f"error {given}": speed}
     rows: list[list[Cell]] = []
     for name, one in study.own.items():
         cells: list[Cell] = [name, one.best, "end" if one.at_an_end else ""]
-        for errors in (study.own_errors, study.common_errors):
-            if name in errors:
-                error = errors[name]
-                cells += [error, errors[BASELINE] / error if error > 0.0 else None]
-        rows.append(cells)
-    title = "Settled error (rms) on other seeds, each at its own best bandwidth"
+        for error, base in zip(study.own_errors[name], study.own_errors[BASELINE], strict=True):
+            cells += [error, base / error if error > 0.0 else None]
+        rows.append([*cells, *([study.common_errors[name].settled] if given else [])])
+    title = "Errors (rms) on other seeds, each at its own best bandwidth; loaded: after a step of the load"
     return table(title, rows, columns, styles=highlights(study.own))
 
 

@@ -1,15 +1,18 @@
 """A first scenario of one's own joint from the numbers of a data sheet, with what is assumed beside each number."""
 
 import math
+from typing import Any, NamedTuple
 
 from pydantic import ValidationError
 
 from adaptive_ff.errors import InputError
 from adaptive_ff.scenario.file import toml_text
+from adaptive_ff.scenario.loop import TREMBLING, loop_at, tried_bandwidths
 from adaptive_ff.scenario.reference import SHORTEST, Multisine
 from adaptive_ff.scenario.relations import LONGEST
-from controllers import fastest_bandwidth
-from plant import JointModel
+from adaptive_ff.scenario.scenario import Scenario
+from adaptive_ff.scenario.tables import AUTO
+from plant import JointModel, whole_multiple
 
 COULOMB_SHARE, STICTION_FACTOR = 0.1, 1.25
 """Coulomb friction over the rated torque, and stiction over Coulomb friction, of a geared axis."""
@@ -21,7 +24,13 @@ STRIBECK_SHARE, NOISE_SHARE = 0.02, 2e-4
 """Stribeck velocity, and noise of the measured velocity, over the rated speed."""
 
 LOOP_SHARE = 0.5
-"""Bandwidth of the PI loop over the largest one that a maximum sensitivity of 1.7 allows."""
+"""Largest bandwidth of the PI loop over the one that a maximum sensitivity of 1.7 allows."""
+
+CUTOFFS = (50.0, 100.0, 200.0, 25.0, 12.0, 400.0)
+"""Corners of the low-pass behind an encoder that are tried where none is given, Hz, ..."""
+
+CUTOFF_SHARE = 0.4
+"""... and the largest of them, over the sampling frequency."""
 
 LONGEST_SOLVER_PERIOD = 0.001
 """Longest solver period, s."""
@@ -38,10 +47,45 @@ UNITS = {
 }
 
 
+class Encoder(NamedTuple):
+    """An encoder in the place of a sensor of velocity.
+
+    Attributes
+    ----------
+    counts : float
+        Counts in a turn, edges included; of a linear axis's own scale in a metre.
+    cutoff : float or None
+        Corner of the low-pass of the velocity, Hz; by default the one that suits noise and friction.
+    at_motor : bool
+        Whether it is on the motor, before the gear.
+    """
+
+    counts: float
+    cutoff: float | None = None
+    at_motor: bool = False
+
+    def resolution(self, gear_ratio: float | None, linear: bool) -> float:
+        """Return its step at the joint, rad or m; the ratio is in turns, of a linear axis in rad of the motor a m."""
+        turn = 1.0 if linear and not self.at_motor else 2.0 * math.pi
+        return turn / (self.counts * (gear_ratio if self.at_motor and gear_ratio is not None else 1.0))
+
+
 def new_scenario_text(
-    inertia: float, torque: float, speed: float, *, period: float = 0.001, linear: bool = False
+    inertia: float,
+    torque: float,
+    speed: float,
+    *,
+    period: float = 0.001,
+    linear: bool = False,
+    encoder: Encoder | None = None,
+    gear_ratio: float | None = None,
+    delay: float = 0.0,
 ) -> str:
     """Return the text of a smallest complete scenario file.
+
+    The bandwidth is the one at which noise of the sensor and Coulomb friction that turns with the reference leave the
+    least error in the PI loop alone, of those whose margins with delay and velocity filter are sound, and at which the
+    command does not tremble.
 
     Parameters
     ----------
@@ -55,6 +99,12 @@ def new_scenario_text(
         Sampling period of the velocity controller, s.
     linear : bool, optional
         Whether the axis is linear.
+    encoder : Encoder, optional
+        What measures; by default a sensor of velocity.
+    gear_ratio : float, optional
+        Turns of the motor in one of the joint; of a linear axis rad of the motor in a metre.
+    delay : float, optional
+        Computation delay of the drive, s.
 
     Returns
     -------
@@ -64,12 +114,19 @@ def new_scenario_text(
     Raises
     ------
     InputError
-        A number is not positive and finite, the period is not one of a scenario that can be run, or no simulation of
-        such a joint is possible.
+        A number is not positive and finite, the period is not one of a scenario that can be run, the gear ratio of an
+        encoder on the motor is missing, or no simulation of such a joint is possible.
     """
-    for name, value in (("inertia", inertia), ("torque", torque), ("speed", speed), ("period", period)):
+    given = {"inertia": inertia, "torque": torque, "speed": speed, "period": period}
+    optional = {"gear_ratio": gear_ratio, **({} if encoder is None else {"encoder": encoder.counts})}
+    optional["velocity_cutoff"] = None if encoder is None else encoder.cutoff
+    for name, value in {**given, **{name: one for name, one in optional.items() if one is not None}}.items():
         if not (math.isfinite(value) and value > 0.0):
             raise InputError(f"{name} = {value:g} is not allowed: it must be positive and finite")
+    if not 0.0 <= delay < math.inf:
+        raise InputError(f"delay = {delay:g} s is not allowed: it must be zero or more and finite")
+    if encoder is not None and encoder.at_motor and gear_ratio is None:
+        raise InputError("gear_ratio is missing; it must be given for an encoder on the motor")
     if not SHORTEST_PERIOD <= period < LONGEST_PERIOD:
         raise InputError(
             f"period = {period:g} s is not allowed: it must be from {SHORTEST_PERIOD:g} s to less than "
@@ -84,12 +141,22 @@ def new_scenario_text(
         "viscous": _rounded(viscous),
         "stribeck_velocity": _rounded(STRIBECK_SHARE * speed),
     }
+    joint = {
+        **({"axis": axis} if linear else {}),
+        **curve,
+        **({} if gear_ratio is None else {"gear_ratio": gear_ratio}),
+    }
+    sensor = {"velocity_noise": _rounded(NOISE_SHARE * speed)}
+    if encoder is not None:
+        sensor = {"encoder_resolution": float(f"{encoder.resolution(gear_ratio, linear):.7g}")}
+    solver = _solver_period(curve, period, delay)
     content = {
-        "joint": {**({"axis": axis} if linear else {}), **curve, "solver_period": _solver_period(curve, period)},
+        "joint": {**joint, "solver_period": solver},
         "sampling": {"period": period},
-        "sensor": {"velocity_noise": _rounded(NOISE_SHARE * speed)},
-        "actuator": {"torque_limit": _rounded(torque)},
-        "feedback": {"inertia": curve["inertia"], "bandwidth": _rounded(LOOP_SHARE * fastest_bandwidth(period))},
+        "sensor": sensor,
+        **({} if encoder is None else {"velocity": {"method": "low_pass", "cutoff": encoder.cutoff}}),
+        "actuator": {"torque_limit": _rounded(torque), **({"delay": delay} if delay > 0.0 else {})},
+        "feedback": {"inertia": curve["inertia"], "bandwidth": AUTO},
         "adaptation": {"stribeck_velocity": curve["stribeck_velocity"]},
         "fixed": {name: curve[name] for name in ("inertia", "coulomb", "viscous")},
     }
@@ -97,10 +164,33 @@ def new_scenario_text(
         "A joint from data-sheet numbers; what is assumed says so. A log of the real joint gives better numbers:",
         "adaptive-ff identify LOG. The reference is the built-in multisine, its peak chosen for this joint.",
     ]
-    return toml_text(content, _comments(UNITS[axis]), head)
+    return toml_text(_with_a_loop(content), _comments(UNITS[axis], encoder), head)
 
 
-def _comments(units: dict[str, str]) -> dict[str, str]:
+def _with_a_loop(content: dict[str, Any]) -> dict[str, Any]:
+    """Return a content with the bandwidth, and where it has none the corner of the low-pass, of the least error."""
+    cutoffs: list[float | None] = [None]
+    if "velocity" in content:
+        given, most = content["velocity"]["cutoff"], CUTOFF_SHARE / content["sampling"]["period"]
+        cutoffs = [given] if given is not None else [one for one in CUTOFFS if one <= most] or [most]
+    best, least = content, (True, math.inf)
+    for cutoff in cutoffs:
+        made = content if cutoff is None else {**content, "velocity": {**content["velocity"], "cutoff": cutoff}}
+        scenario = Scenario.model_validate({**made, "duration": content["sampling"]["period"]})
+        for bandwidth in reversed(tried_bandwidths(scenario, LOOP_SHARE)):
+            loop = loop_at(scenario, bandwidth)
+            trembles = loop.noise_torque > TREMBLING * content["actuator"]["torque_limit"]
+            error = math.hypot(loop.noise_velocity, loop.friction_velocity)
+            cost = (trembles, loop.noise_torque if trembles else error)
+            if cost < least:
+                feedback = {**content["feedback"], "bandwidth": _rounded(bandwidth)}
+                best, least = {**made, "feedback": feedback}, cost
+            elif loop.friction_velocity > loop.noise_velocity:  # from here on slower is worse
+                break
+    return best
+
+
+def _comments(units: dict[str, str], encoder: Encoder | None) -> dict[str, str]:
     """Return what is said beside the numbers, with their units."""
     return {
         "joint.inertia": f"{units['inertia']}, motor and load at the joint",
@@ -108,24 +198,30 @@ def _comments(units: dict[str, str]) -> dict[str, str]:
         "joint.stiction": f"{units['torque']}, assumed: {STICTION_FACTOR:g} times Coulomb friction",
         "joint.viscous": f"{units['viscous']}, assumed: {100.0 * VISCOUS_SHARE:g} % of the rated one at rated speed",
         "joint.stribeck_velocity": f"{units['speed']}, assumed: {100.0 * STRIBECK_SHARE:g} % of the rated one",
+        "joint.gear_ratio": "of the motor to the joint",
         "joint.solver_period": "s, of the simulation",
         "sampling.period": "s",
         "sensor.velocity_noise": f"{units['speed']}, standard deviation, assumed",
+        "sensor.encoder_resolution": "at the joint, of the given counts",
+        "velocity.method": "a difference of readings behind a low-pass, assumed",
+        "velocity.cutoff": f"Hz, {'as given' if encoder and encoder.cutoff else 'chosen with the bandwidth'}",
+        "actuator.delay": "s, from a sample to the torque",
         "actuator.torque_limit": f"{units['torque']}, the rated one",
         "feedback.inertia": "as the designer assumes it",
-        "feedback.bandwidth": "Hz, half of the most that a maximum sensitivity of 1.7 allows",
+        "feedback.bandwidth": "Hz, of the least error of noise and friction, at most half of the fastest sound one",
         "adaptation.stribeck_velocity": "prior knowledge of the adaptive controller; a factor of two wrong is fine",
         "fixed": "the friction model that the controller 'fixed' feeds forward",
     }
 
 
-def _solver_period(curve: dict[str, float], period: float) -> float:
-    """Return the longest part of the sampling period for which the simulated joint has a unique step."""
+def _solver_period(curve: dict[str, float], period: float, delay: float) -> float:
+    """Return the longest part of sampling period and delay for which the simulated joint has a unique step."""
     shortest = max(period / 1000.0, SHORTEST_PERIOD)
     parts = 1
     while parts <= 1000:
         solver = float(f"{period / parts:.12g}")
-        if shortest * (1.0 - 1e-9) <= solver <= LONGEST_SOLVER_PERIOD:
+        whole = delay == 0.0 or whole_multiple(delay, solver) is not None
+        if whole and shortest * (1.0 - 1e-9) <= solver <= LONGEST_SOLVER_PERIOD:
             try:
                 JointModel(**curve, solver_period=solver)
             except ValidationError:
@@ -133,6 +229,8 @@ def _solver_period(curve: dict[str, float], period: float) -> float:
             else:
                 return solver
         parts += 1
+    if delay > 0.0 and whole_multiple(delay, period / 1000.0) is None:
+        raise InputError(f"delay = {delay:g} s is not allowed: it must be a whole number of thousandths of the period")
     raise InputError(
         f"inertia = {curve['inertia']:g} is too small beside the rated torque for a simulation in steps of "
         f"{shortest:g} s; give the inertia of motor and load at the joint"

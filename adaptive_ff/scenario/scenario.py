@@ -17,6 +17,7 @@ from adaptive_ff.errors import InputError, check_kind, read_text
 from adaptive_ff.scenario.axis_units import axis_unit
 from adaptive_ff.scenario.fourier import Fourier
 from adaptive_ff.scenario.library import scenario_file
+from adaptive_ff.scenario.loop import loop_cautions
 from adaptive_ff.scenario.plausibility import default_peak, motion_cautions
 from adaptive_ff.scenario.point_to_point import PointToPoint
 from adaptive_ff.scenario.position import PositionControl
@@ -37,7 +38,6 @@ from plant import (
     FrictionVariation,
     Sensor,
     schedule,
-    steepest_fall,
 )
 from plant.fields import Positive, Table
 
@@ -310,17 +310,7 @@ class Scenario(Table):
         if "fixed" in self.controllers and self.fixed == FixedModel():
             found.append("controller 'fixed' has nothing in [fixed]: it feeds nothing forward and equals 'pi'")
         found += motion_cautions(self.joint, limit, self.reference_velocity(), self.joint.solver_period)
-        if self.feedback.is_auto:
-            return found
-        fall = steepest_fall(self.joint.friction)
-        proportional = self.feedback.gains[0]
-        if fall > proportional:
-            gain = axis_unit(self.joint.axis, "N m s/rad")
-            found.append(
-                f"the friction curve falls by up to {fall:.4g} {gain}, more than the proportional gain of "
-                f"{proportional:.4g} {gain} can hold: the loop will hunt at low speed"
-            )
-        return found
+        return found if self.feedback.is_auto else [*found, *loop_cautions(self)]
 
     def modified(self, **tables: Any) -> "Scenario":
         """Return a scenario with other values.

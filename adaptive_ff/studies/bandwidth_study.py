@@ -1,5 +1,6 @@
 """Which bandwidth suits which controller on a joint, and what the PI loop is like at each."""
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -11,17 +12,21 @@ from numpy.typing import NDArray
 from adaptive_ff.comparison.comparison import BASELINE
 from adaptive_ff.comparison.own_bandwidth import (
     TUNING_SEEDS,
+    Errors,
     OwnBandwidth,
-    settled_error,
-    tried_bandwidths,
+    errors_of,
+    least_errors,
+    loaded,
+    own_bandwidth,
     with_bandwidth,
 )
 from adaptive_ff.comparison.registry import CONTROLLERS
 from adaptive_ff.errors import InputError
 from adaptive_ff.reported import Reported
+from adaptive_ff.scenario.axis_units import axis_unit
+from adaptive_ff.scenario.loop import LoopAtBandwidth, loop_at, tried_bandwidths
 from adaptive_ff.scenario.scenario import Scenario
 from adaptive_ff.simulation.experiment import lay_course
-from adaptive_ff.studies.loop_at_bandwidth import LoopAtBandwidth, loop_at
 from adaptive_ff.studies.study import Found, run_study
 
 if TYPE_CHECKING:
@@ -32,6 +37,10 @@ STUDIED = (BASELINE, "disturbance_observer", "extended_state", "kalman_disturban
 
 REPORTED_SEEDS = tuple(range(1, 6))
 """Seeds of the errors that are reported; none of them takes part in the choice."""
+
+
+UNKNOWN = Errors(math.nan, math.nan)
+"""Errors where nothing is run."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -46,17 +55,27 @@ class BandwidthStudy(Reported):
         The PI loop at each bandwidth that was tried.
     own : dict of OwnBandwidth
         Errors of each controller over these bandwidths, on the seeds that the choice is made on.
-    own_errors : dict of float
-        Settled rms error (rad/s) of each controller at its own best bandwidth, median over the reported seeds.
-    common_errors : dict of float
+    own_errors : dict of Errors
+        Settled and loaded error (rad/s) of each controller at its own best bandwidth, median over the reported seeds.
+    common_errors : dict of Errors
         The same in the loop that the scenario gives to all; empty where that leaves the bandwidth open.
     """
 
     scenario: Scenario
     loops: list[LoopAtBandwidth]
     own: dict[str, OwnBandwidth]
-    own_errors: dict[str, float]
-    common_errors: dict[str, float]
+    own_errors: dict[str, Errors]
+    common_errors: dict[str, Errors]
+
+    def front(self) -> set[tuple[str, int]]:
+        """Return the Pareto front: controller and place of a bandwidth where no other is better in both errors."""
+        points = {(name, place): pair for name, one in self.own.items() for place, pair in enumerate(one.pairs)}
+
+        def beaten(mine: Errors) -> bool:
+            others = (pair for pair in points.values() if pair != mine)
+            return any(other.settled <= mine.settled and other.loaded <= mine.loaded for other in others)
+
+        return {key for key, pair in points.items() if math.isfinite(pair.settled) and not beaten(pair)}
 
     def __repr__(self) -> str:
         """Return the best bandwidths in one line."""
@@ -72,9 +91,12 @@ class BandwidthStudy(Reported):
                 name: {
                     "best_bandwidth": one.best,
                     "at_an_end": one.at_an_end,
-                    "own_error": _plain(self.own_errors[name]),
-                    "common_error": _plain(self.common_errors.get(name, np.nan)),
+                    "own_error": _plain(self.own_errors[name].settled),
+                    "own_loaded_error": _plain(self.own_errors[name].loaded),
+                    "common_error": _plain(self.common_errors.get(name, UNKNOWN).settled),
+                    "common_loaded_error": _plain(self.common_errors.get(name, UNKNOWN).loaded),
                     "errors": [_plain(error) for error in one.errors],
+                    "loaded_errors": [_plain(error) for error in one.loaded],
                 }
                 for name, one in self.own.items()
             },
@@ -85,10 +107,11 @@ class BandwidthStudy(Reported):
         loops = {
             name: np.array([float(getattr(loop, name)) for loop in self.loops]) for name in LoopAtBandwidth._fields
         }
-        return {**loops, **{f"error_{name}": np.array(one.errors) for name, one in self.own.items()}}
+        errors = {f"error_{name}": np.array(one.errors) for name, one in self.own.items()}
+        return {**loops, **errors, **{f"loaded_error_{name}": np.array(one.loaded) for name, one in self.own.items()}}
 
     def plot(self) -> "Figure":  # type: ignore[override]
-        """Draw error over bandwidth."""
+        """Draw error over bandwidth, with and without the load."""
         figure: Figure = self._report("plot_bandwidths")
         return figure
 
@@ -97,6 +120,7 @@ def study_bandwidths(
     scenario: Scenario,
     controllers: Sequence[str] = STUDIED,
     *,
+    stiffness: float = 0.0,
     tuning_seeds: Sequence[int] = TUNING_SEEDS,
     reported_seeds: Sequence[int] = REPORTED_SEEDS,
     workers: int | None = 1,
@@ -110,6 +134,8 @@ def study_bandwidths(
         The scenario; its bandwidth is what the others are compared with.
     controllers : sequence of str, optional
         Names of controllers; ``pi`` is always among them.
+    stiffness : float, optional
+        Least stiffness of a loop that is recommended: load over the angle that is lost, which is ``Ki``, N m/rad.
     tuning_seeds, reported_seeds : sequence of int, optional
         Seeds on which bandwidths are chosen and on which errors are reported; they must not overlap.
     workers : int, optional
@@ -120,7 +146,7 @@ def study_bandwidths(
     Raises
     ------
     InputError
-        A controller is not known, or seeds overlap.
+        A controller is not known, seeds overlap, or no sound loop is so stiff.
     """
     for name in controllers:
         if name not in CONTROLLERS:
@@ -133,6 +159,14 @@ def study_bandwidths(
         )
     names = list(dict.fromkeys([BASELINE, *controllers]))
     tried, seeds = tried_bandwidths(scenario), len(tuning_seeds)
+    loops = [loop_at(scenario, bandwidth) for bandwidth in tried]
+    allowed = [loop.integral >= stiffness for loop in loops]
+    if not any(allowed):
+        unit = axis_unit(scenario.joint.axis, "N m/rad")
+        raise InputError(
+            f"stiffness = {stiffness:g} {unit} is not allowed: the stiffest loop whose margins are sound has "
+            f"{loops[-1].integral:.4g} {unit}"
+        )
     trials = {f"{bandwidth}, {seed}": (bandwidth, seed) for bandwidth in tried for seed in tuning_seeds}
     share = len(trials) / (len(trials) + len(reported_seeds))
     found = run_study(
@@ -142,11 +176,9 @@ def study_bandwidths(
         workers=workers,
         progress=None if progress is None else lambda done: progress(share * done),
     )
-    errors = {name: np.reshape([one[name] for one in found.values()], (len(tried), seeds)) for name in names}
-    own = {name: OwnBandwidth(tuple(tried), tuple(np.median(errors[name], axis=1).tolist())) for name in names}
-    for name, one in own.items():
-        if not np.isfinite(one.error):
-            raise ArithmeticError(f"the simulation of {name} fails at every bandwidth that was tried")
+    errors = {name: np.reshape([one[name] for one in found.values()], (len(tried), seeds, 2)) for name in names}
+    least = least_errors(errors[BASELINE])
+    own = {name: own_bandwidth(tried, each, least, allowed) for name, each in errors.items()}
     reported = run_study(
         partial(_reported, scenario, {name: one.best for name, one in own.items()}),
         {str(seed): seed for seed in reported_seeds},
@@ -155,25 +187,24 @@ def study_bandwidths(
         progress=None if progress is None else lambda done: progress(share + (1.0 - share) * done),
     )
     medians = {name: np.median([one[name] for one in reported.values()], axis=0).tolist() for name in names}
-    own_errors = {name: pair[0] for name, pair in medians.items()}
-    common_errors = {} if scenario.feedback.is_auto else {name: pair[1] for name, pair in medians.items()}
-    loops = [loop_at(scenario, bandwidth) for bandwidth in tried]
+    own_errors = {name: Errors(*pair[0]) for name, pair in medians.items()}
+    common_errors = {} if scenario.feedback.is_auto else {name: Errors(*pair[1]) for name, pair in medians.items()}
     return BandwidthStudy(scenario, loops, own, own_errors, common_errors)
 
 
 def _trial(scenario: Scenario, trial: tuple[float, int], names: list[str]) -> Found:
-    """Return the settled error of controllers at a bandwidth (Hz) and a seed."""
+    """Return the errors of controllers at a bandwidth (Hz) and a seed."""
     bandwidth, seed = trial
-    at = with_bandwidth(scenario.modified(seed=seed), bandwidth)
+    at = loaded(with_bandwidth(scenario.modified(seed=seed), bandwidth))
     course = lay_course(at)
-    return {name: settled_error(at, CONTROLLERS[name], course) for name in names}
+    return {name: errors_of(at, CONTROLLERS[name], course) for name in names}
 
 
 def _reported(scenario: Scenario, best: dict[str, float], seed: int, names: list[str]) -> Found:
-    """Return the settled errors of controllers at their own bandwidths and, where there is one, the scenario's."""
+    """Return the errors of controllers at their own bandwidths and, where there is one, the scenario's."""
     at = scenario.modified(seed=seed)
     loops = {name: [with_bandwidth(at, best[name]), *([] if scenario.feedback.is_auto else [at])] for name in names}
-    return {name: [settled_error(one, CONTROLLERS[name]) for one in loops[name]] for name in names}
+    return {name: [errors_of(loaded(one), CONTROLLERS[name]) for one in loops[name]] for name in names}
 
 
 def _plain(value: Any) -> Any:

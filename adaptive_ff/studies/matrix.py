@@ -16,6 +16,7 @@ from adaptive_ff.comparison.reference_lines import NOISE_FLOOR, noise_floor
 from adaptive_ff.comparison.registry import CONTROLLERS, make_controller
 from adaptive_ff.comparison.run import Run, simulate
 from adaptive_ff.scenario.library import SCENARIOS
+from adaptive_ff.scenario.loop import TREMBLING
 from adaptive_ff.scenario.scenario import Scenario, load_scenario
 from adaptive_ff.simulation.experiment import lay_course
 from adaptive_ff.simulation.metrics import START, rms, standstill_range
@@ -26,9 +27,6 @@ from controllers import fastest_bandwidth
 
 RECOVERY = 10.0
 """Time that a controller is given after a change of friction, s."""
-
-NOISE_SHARE = 0.1
-"""Largest share of the torque limit that the noise may cost the fastest PI loop (rms)."""
 
 Figures = dict[str, float | None]
 """Figures of merit by name; None where a scenario has no such thing."""
@@ -72,11 +70,11 @@ def with_fastest_loop(scenario: Scenario) -> Scenario:
     The maximum sensitivity is at most 1.7, and the torque that measurement noise causes through the proportional gain
     at most 10 % of the torque limit (rms).
     """
-    period = scenario.sampling.period
-    bandwidth = fastest_bandwidth(period, int(np.ceil(scenario.delay - 1e-6)))
+    delay = int(np.ceil(scenario.delay - 1e-6))
+    bandwidth = fastest_bandwidth(scenario.sampling.period, delay, velocity=scenario.velocity_estimator)
     noise, limit = scenario.velocity_noise, scenario.actuator.torque_limit
     if noise > 0.0 and limit is not None:
-        bandwidth = min(bandwidth, NOISE_SHARE * limit / (2.0 * np.pi * scenario.feedback.inertia * noise))
+        bandwidth = min(bandwidth, TREMBLING * limit / (2.0 * np.pi * scenario.feedback.inertia * noise))
     feedback = {"inertia": scenario.feedback.inertia, "bandwidth": float(bandwidth)}
     return Scenario.model_validate({**scenario.model_dump(exclude_unset=True), "feedback": feedback})
 

@@ -3,7 +3,8 @@
 import math
 
 from controllers.design.kalman_gains import scaled_disturbance_gains
-from controllers.design.observer_design import Compensation, SampledLoop, on_measured_velocity, on_observed_velocity
+from controllers.design.observer_design import on_measured_velocity, on_observed_velocity
+from controllers.design.sampled_loop import Compensation, SampledLoop
 from controllers.observers.inertia_observer import double_pole_gains
 
 

@@ -21,19 +21,24 @@ class LoopMargins:
     Attributes
     ----------
     crossover : float
-        Frequency of the last crossing of gain one, as a share of the sampling frequency.
+        Frequency of the last crossing of gain one, as a share of the sampling frequency; not a number without one.
     maximum_sensitivity : float
         Largest ``|1/(1 + L)|``; infinite where the closed loop is unstable.
     gain_margin : float
         Factor by which the loop gain may grow.
     phase_margin : float
-        Phase margin, degrees.
+        Phase margin, degrees; not a number without a crossover.
     """
 
     crossover: float
     maximum_sensitivity: float
     gain_margin: float
     phase_margin: float
+
+    @property
+    def stable(self) -> bool:
+        """Whether the closed loop is stable."""
+        return math.isfinite(self.maximum_sensitivity)
 
 
 def loop_margins(numerator: NDArray[Any], denominator: NDArray[Any], slowest: float) -> LoopMargins:
@@ -42,23 +47,23 @@ def loop_margins(numerator: NDArray[Any], denominator: NDArray[Any], slowest: fl
     Parameters
     ----------
     numerator, denominator : ndarray
-        Polynomials in ``z``, falling powers, of a loop that integrates two or three times and has no pole outside the
-        unit circle.
+        Polynomials in ``z``, falling powers.
     slowest : float
         Where the frequency response begins, rad a sample, well below the crossover.
     """
     poles = np.roots(np.polyadd(numerator, denominator))
     omega = np.geomspace(slowest, math.pi, FREQUENCIES)
     value = np.squeeze(control.frequency_response(control.tf(numerator, denominator, 1.0), omega).complex)
-    phase = np.unwrap(np.angle(value))
-    phase -= 2.0 * math.pi * round((phase[0] + math.pi) / (2.0 * math.pi))  # starts nearest to -180 degrees
-    crossing = int(np.nonzero(np.abs(value) >= 1.0)[0][-1])
-    behind = np.nonzero((np.arange(FREQUENCIES) > crossing) & (phase <= -math.pi + 1e-9))[0]
+    crossings = np.nonzero(np.abs(value) >= 1.0)[0]
+    last = int(crossings[-1]) if crossings.size else -1
+    # where the loop is real and negative beyond the crossover: the imaginary part changes its sign, or ends at Nyquist
+    turns = np.nonzero((np.diff(np.sign(value.imag)) != 0.0) & (value.real[1:] < 0.0))[0] + 1
+    behind = [*turns[turns > last], *([FREQUENCIES - 1] if value.real[-1] < 0.0 else [])]
     return LoopMargins(
-        float(omega[crossing]) / (2.0 * math.pi),
+        float(omega[last]) / (2.0 * math.pi) if crossings.size else math.nan,
         float(np.max(1.0 / np.abs(1.0 + value))) if bool(np.all(np.abs(poles) < 1.0)) else math.inf,
-        1.0 / float(np.abs(value[behind[0]])) if behind.size else math.inf,
-        math.degrees(phase[crossing] + math.pi),
+        1.0 / float(np.abs(value[behind[0]])) if behind else math.inf,
+        math.degrees(float(np.angle(-value[last]))) if crossings.size else math.nan,
     )
 
 

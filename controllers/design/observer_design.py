@@ -7,11 +7,7 @@ filter ``Q`` of its own. With ``q = z^-1``, a nominal inertia and period of 1 an
 
 where the observer knows the *realised* torque, delay included. Where the feedback uses the observer's velocity instead
 of the measured one, ``Q`` is replaced by ``S = Q - C R``, with ``R`` the share of the same difference by which the two
-velocities differ. Hence the open loop behind the inertia ``q^(1+d)/(1 - q)``:
-
-    L = F (C + S (1 - q))/(1 - S q^(1+d)) q^(1+d)/(1 - q),
-
-with the filter ``F`` that makes the measured velocity of the true one.
+velocities differ. The open loop is that of :mod:`controllers.design.sampled_loop`.
 
 Margins are those of the joint that the designer assumes. The anti-windup of the PI loop is left out; it does nothing
 within the torque limit unless a delay makes the realised torque differ from the last command.
@@ -21,28 +17,19 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from controllers.checks import check_numbers, check_positive
 from controllers.design.arguments import check_sensitivity, check_whole_delay
 from controllers.design.margins import LoopMargins, largest_setting, loop_margins
 from controllers.design.margins import maximum_sensitivity as sensitivity_of
-from controllers.design.velocity_filter import NO_FILTER, VelocityFilter, velocity_filter
+from controllers.design.sampled_loop import Compensation, Polynomial, SampledLoop, open_loop, sampled_loop
+from controllers.design.velocity_filter import filter_of
 
 SLOWEST = 0.1
 """Bandwidth from which the search for the fastest observer starts, as a share of the crossover of the feedback."""
-
-Polynomial = NDArray[Any]
-
-
-class Compensation(NamedTuple):
-    """The filter ``S`` as polynomials in ``q = z^-1``, falling powers."""
-
-    numerator: Polynomial  # the polynomials
-    denominator: Polynomial
 
 
 @dataclass(frozen=True)
@@ -70,32 +57,6 @@ class ObserverDesign:
     phase_margin: float
 
 
-class SampledLoop(NamedTuple):
-    """What a loop with an observer is designed for, made free of units by inertia and period.
-
-    Attributes
-    ----------
-    proportional : float
-        ``Kp Ts/J``.
-    integral : float
-        ``Ki Ts^2/J``.
-    delay : int
-        Computation delay, whole periods.
-    velocity : VelocityFilter
-        What the measured velocity is of the true one.
-    """
-
-    proportional: float
-    integral: float
-    delay: int
-    velocity: VelocityFilter = NO_FILTER
-
-    @property
-    def feedback(self) -> Polynomial:
-        """``C (1 - q)``."""
-        return np.array([-self.proportional, self.proportional + self.integral])
-
-
 def on_measured_velocity(velocity_gain: float, disturbance_gain: float) -> Compensation:
     """Return ``Q`` of an observer with gains free of units (see :mod:`controllers.observers.inertia_observer`).
 
@@ -109,38 +70,6 @@ def on_observed_velocity(loop: SampledLoop, velocity_gain: float, disturbance_ga
     """Return ``S`` of an observer whose velocity goes to the feedback; see :func:`on_measured_velocity`."""
     direct = on_measured_velocity(velocity_gain, disturbance_gain)
     return Compensation(np.polysub(direct.numerator, (1.0 - velocity_gain) * loop.feedback), direct.denominator)
-
-
-def open_loop(loop: SampledLoop, compensation: Compensation) -> tuple[Polynomial, Polynomial]:
-    """Return numerator and denominator of the open loop ``L``, polynomials in ``z``, falling powers."""
-    difference = np.array([-1.0, 1.0])
-    late = np.array([1.0, *([0.0] * (1 + loop.delay))])
-    once = difference if loop.integral > 0.0 else np.ones(1)  # the factor that cancels without an integral
-    feedback = loop.feedback if loop.integral > 0.0 else np.array([loop.proportional])
-    direct = _product(compensation.numerator, _product(difference, once))
-    late_and_seen = _product(late, np.array(loop.velocity.numerator))
-    numerator = _product(np.polyadd(_product(feedback, compensation.denominator), direct), late_and_seen)
-    rest = np.polyadd(compensation.denominator, -_product(compensation.numerator, late))
-    denominator = _product(_product(rest, np.array(loop.velocity.denominator)), _product(difference, once))
-    size = max(numerator.size, denominator.size)
-    # powers of q rise where those of z fall
-    return np.pad(numerator, (size - numerator.size, 0))[::-1], np.pad(denominator, (size - denominator.size, 0))[::-1]
-
-
-def _product(first: Polynomial, second: Polynomial) -> Polynomial:
-    """Return what ``numpy.polymul`` does, which spends ten times longer on its classes than on the product."""
-    return np.convolve(_without_leading_zeros(first), _without_leading_zeros(second))
-
-
-def _without_leading_zeros(polynomial: Polynomial) -> Polynomial:
-    size = polynomial.size
-    begin = next((place for place in range(size) if polynomial[place] != 0.0), size - 1)
-    return polynomial[begin:]
-
-
-def sampled_loop(proportional: float, integral: float, delay: int, velocity: VelocityFilter = NO_FILTER) -> SampledLoop:
-    """Return a loop free of units, its gains to twelve digits: joints of any inertia in equal loops share a design."""
-    return SampledLoop(float(f"{proportional:.12g}"), float(f"{integral:.12g}"), delay, velocity)
 
 
 def _opened(
@@ -220,8 +149,7 @@ def design_observer(
         raise ValueError(f"integral = {gains[1]} is not allowed: it must be zero or more and finite")
     check_whole_delay(delay)
     check_sensitivity(maximum_sensitivity)
-    seen = NO_FILTER if velocity is None else velocity_filter(velocity)
-    loop = sampled_loop(gains[0] * period / inertia, gains[1] * period**2 / inertia, int(delay), seen)
+    loop = sampled_loop(gains[0] * period / inertia, gains[1] * period**2 / inertia, int(delay), filter_of(velocity))
     if bandwidth is None:
         angle = fastest_angle(loop, float(maximum_sensitivity), compensation)
         bandwidth = angle / (2.0 * math.pi * period)

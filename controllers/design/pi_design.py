@@ -13,7 +13,10 @@ from numpy.typing import NDArray
 from controllers.checks import check_positive
 from controllers.design.arguments import check_sensitivity, check_whole_delay
 from controllers.design.margins import LoopMargins, largest_setting, loop_margins
+from controllers.design.margins import maximum_sensitivity as sensitivity_of
+from controllers.design.sampled_loop import SampledLoop, open_loop
 from controllers.design.systems import LoopSystems, loop_systems
+from controllers.design.velocity_filter import NO_FILTER, VelocityFilter, filter_of
 from controllers.sensitivity import PI_SENSITIVITY
 
 INTEGRAL_RATIO = 5.0
@@ -36,7 +39,7 @@ class PIDesign:
     bandwidth : float
         Open-loop crossover that the gains were made for, Hz.
     crossover : float
-        Open-loop crossover of the sampled loop, integral part and delay included, Hz.
+        Open-loop crossover of the sampled loop, integral part, delay and velocity filter included, Hz.
     maximum_sensitivity : float
         Largest ``|1/(1 + L)|``.
     gain_margin : float
@@ -49,6 +52,8 @@ class PIDesign:
         Sampling period, s.
     delay : int
         Computation delay, whole periods.
+    velocity : NamedTuple or None
+        Estimator of :mod:`controllers.velocity` that makes the measured velocity of positions.
     """
 
     proportional: float
@@ -61,6 +66,7 @@ class PIDesign:
     inertia: float
     period: float
     delay: int
+    velocity: Any = None
 
     def systems(self, friction_slope: float = 0.0) -> LoopSystems:
         """Return plant, controller, open loop, sensitivity and closed loop as python-control systems.
@@ -71,7 +77,7 @@ class PIDesign:
             Slope of the friction curve, N m s/rad; negative where it falls.
         """
         gains = (self.proportional, self.integral, self.inertia, self.period)
-        return loop_systems(*gains, delay=self.delay, friction_slope=friction_slope)
+        return loop_systems(*gains, delay=self.delay, friction_slope=friction_slope, velocity=self.velocity)
 
 
 def pi_gains(inertia: float, bandwidth: float) -> tuple[float, float]:
@@ -98,11 +104,12 @@ def design_pi(
     delay: int = 0,
     maximum_sensitivity: float = PI_SENSITIVITY,
     friction: Callable[[float], float] | None = None,
+    velocity: Any = None,
 ) -> PIDesign:
     """Design a PI velocity loop for a sampled inertia.
 
     The plant is the inertia behind a zero-order hold and whole periods of delay; the controller has its integral as
-    a backward Euler sum, as the step kernel has.
+    a backward Euler sum, as the step kernel has. What makes a velocity of an encoder's positions is part of the loop.
 
     Parameters
     ----------
@@ -119,6 +126,8 @@ def design_pi(
     friction : callable, optional
         Friction torque (N m) of the joint when it slides at a speed (rad/s). Where the curve falls more steeply than
         ``Kp``, the loop hunts by itself, and a warning says so.
+    velocity : NamedTuple, optional
+        Estimator that makes the measured velocity of positions, such as :func:`controllers.low_pass_velocity` returns.
 
     Returns
     -------
@@ -131,7 +140,7 @@ def design_pi(
         An argument is out of range, or the margin does not allow the bandwidth; the message names the largest
         bandwidth that it does allow.
     TypeError
-        An argument is no number, or the friction not callable.
+        An argument is no number, the friction not callable, or the estimator of no known class.
 
     Warns
     -----
@@ -141,21 +150,22 @@ def design_pi(
     check_positive(inertia=inertia)
     if friction is not None and not callable(friction):
         raise TypeError(f"friction = {friction!r} is not allowed: it must be a function of the speed")
-    largest = fastest_bandwidth(period, delay, maximum_sensitivity)
+    largest = fastest_bandwidth(period, delay, maximum_sensitivity, velocity)
     if bandwidth is None:
         bandwidth = largest
     check_positive(bandwidth=bandwidth)
     if bandwidth > largest * (1.0 + 1e-6):
+        filtered = "" if filter_of(velocity) == NO_FILTER else " and velocity filter"
         raise ValueError(
             f"bandwidth = {bandwidth:g} Hz is not allowed: with a period of {period:g} s, {int(delay)} periods of "
-            f"delay and a maximum sensitivity of {maximum_sensitivity:g} it must be at most {largest:.7g} Hz"
+            f"delay{filtered} and a maximum sensitivity of {maximum_sensitivity:g} it must be at most {largest:.7g} Hz"
         )
     proportional, integral = pi_gains(inertia, bandwidth)
     if friction is not None:
         _warn_of_hunting(friction, proportional)
     # margins no longer depend on a bandwidth this slow
     relative = max(bandwidth * period, SLOWEST)
-    margins = _margins(relative, int(delay))
+    margins = _margins(relative, int(delay), filter_of(velocity))
     return PIDesign(
         proportional=proportional,
         integral=integral,
@@ -167,10 +177,13 @@ def design_pi(
         inertia=inertia,
         period=period,
         delay=int(delay),
+        velocity=velocity,
     )
 
 
-def fastest_bandwidth(period: float, delay: int = 0, maximum_sensitivity: float = PI_SENSITIVITY) -> float:
+def fastest_bandwidth(
+    period: float, delay: int = 0, maximum_sensitivity: float = PI_SENSITIVITY, velocity: Any = None
+) -> float:
     """Return the largest bandwidth (Hz) for which the maximum sensitivity stays within a bound.
 
     Parameters
@@ -181,26 +194,28 @@ def fastest_bandwidth(period: float, delay: int = 0, maximum_sensitivity: float 
         Computation delay, whole periods.
     maximum_sensitivity : float, optional
         Bound on the maximum sensitivity, more than 1.
+    velocity : NamedTuple, optional
+        Estimator that makes the measured velocity of positions.
 
     Raises
     ------
     ValueError
         An argument is out of range, or no bandwidth meets the bound.
     TypeError
-        An argument is no number.
+        An argument is no number, or the estimator of no known class.
     """
     check_positive(period=period)
     check_whole_delay(delay)
     check_sensitivity(maximum_sensitivity)
-    return _fastest_relative(int(delay), float(maximum_sensitivity)) / period
+    return _fastest_relative(int(delay), float(maximum_sensitivity), filter_of(velocity)) / period
 
 
 @cache
-def _fastest_relative(delay: int, maximum_sensitivity: float) -> float:
+def _fastest_relative(delay: int, maximum_sensitivity: float, velocity: VelocityFilter) -> float:
     """Return the largest bandwidth times period within a bound on the maximum sensitivity."""
 
     def sensitivity(relative_bandwidth: float) -> float:
-        return _margins(relative_bandwidth, delay).maximum_sensitivity
+        return sensitivity_of(*_loop(relative_bandwidth, delay, velocity))
 
     if sensitivity(SLOWEST) > maximum_sensitivity:
         raise ValueError(
@@ -210,17 +225,16 @@ def _fastest_relative(delay: int, maximum_sensitivity: float) -> float:
     return largest_setting(sensitivity, maximum_sensitivity, SLOWEST, 0.5)
 
 
-def _loop(relative_bandwidth: float, delay: int) -> tuple[NDArray[Any], NDArray[Any]]:
-    """Return numerator and denominator of the open loop with inertia 1 and period 1."""
-    proportional, integral = pi_gains(1.0, relative_bandwidth)
-    # Kp + Ki z/(z-1), times the held integrator 1/(z-1), times z^-delay
-    return np.array([proportional + integral, -proportional]), np.array([1.0, -2.0, 1.0, *([0.0] * delay)])
+def _loop(relative_bandwidth: float, delay: int, velocity: VelocityFilter) -> tuple[NDArray[Any], NDArray[Any], float]:
+    """Return numerator and denominator of the open loop with inertia 1 and period 1, and where its response begins."""
+    loop = SampledLoop(*pi_gains(1.0, relative_bandwidth), delay, velocity)
+    return *open_loop(loop), 1e-2 * 2.0 * math.pi * relative_bandwidth
 
 
 @lru_cache(maxsize=256)
-def _margins(relative_bandwidth: float, delay: int) -> LoopMargins:
+def _margins(relative_bandwidth: float, delay: int, velocity: VelocityFilter) -> LoopMargins:
     """Return the margins for inertia 1 and period 1; a real loop behaves alike at the same bandwidth times period."""
-    return loop_margins(*_loop(relative_bandwidth, delay), 1e-2 * 2.0 * math.pi * relative_bandwidth)
+    return loop_margins(*_loop(relative_bandwidth, delay, velocity))
 
 
 def _warn_of_hunting(friction: Callable[[float], float], proportional: float) -> None:

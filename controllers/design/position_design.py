@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -9,6 +10,7 @@ from controllers.checks import check_positive
 from controllers.design.arguments import check_sensitivity, check_whole_delay
 from controllers.design.margins import LoopMargins, largest_setting, loop_margins
 from controllers.design.pi_design import pi_gains
+from controllers.design.velocity_filter import VelocityFilter, filter_of, in_z
 from controllers.sensitivity import PI_SENSITIVITY
 
 BANDWIDTH_SHARE = 1.0 / 6.0
@@ -53,6 +55,7 @@ def design_position_loop(
     *,
     delay: int = 0,
     maximum_sensitivity: float = PI_SENSITIVITY,
+    velocity: Any = None,
 ) -> PositionDesign:
     """Design a position loop around the PI velocity loop of :func:`controllers.design_pi`.
 
@@ -70,6 +73,8 @@ def design_position_loop(
         Computation delay, whole periods.
     maximum_sensitivity : float, optional
         Bound on ``max |1/(1 + L)|`` of the position loop, more than 1.
+    velocity : NamedTuple, optional
+        Estimator of :mod:`controllers.velocity` that makes the velocity loop's velocity of positions.
 
     Raises
     ------
@@ -84,10 +89,10 @@ def design_position_loop(
     check_sensitivity(maximum_sensitivity)
     gain = default_position_gain(bandwidth) if gain is None else gain
     check_positive(gain=gain)
-    relative = bandwidth * period
+    relative, filtered = bandwidth * period, filter_of(velocity)
 
     def margins(setting: float) -> LoopMargins:
-        return _margins(relative, setting, int(delay))
+        return _margins(relative, setting, int(delay), filtered)
 
     reached = margins(gain * period)
     if not reached.maximum_sensitivity <= maximum_sensitivity:
@@ -108,14 +113,16 @@ def design_position_loop(
     )
 
 
-def _margins(relative_bandwidth: float, setting: float, delay: int) -> LoopMargins:
+def _margins(relative_bandwidth: float, setting: float, delay: int, velocity: VelocityFilter) -> LoopMargins:
     """Return the margins for inertia 1 and period 1.
 
     With the velocity loop ``L_v = (Kp + Ki z/(z - 1)) z^-d/(z - 1)`` closed and the position ``(z + 1)/(2 (z - 1)^2)``
-    of the held torque, ``L = Kv (z + 1)/2 B/((z - 1) ((z - 1)^2 z^d + B))`` with ``B = (Kp + Ki) z - Kp``.
+    of the held torque, ``L = Kv (z + 1)/2 B/((z - 1) ((z - 1)^2 z^d + F B))`` with ``B = (Kp + Ki) z - Kp`` and the
+    velocity filter ``F``.
     """
     proportional, integral = pi_gains(1.0, relative_bandwidth)
     feedback = np.array([proportional + integral, -proportional])
-    closed = np.polyadd(np.array([1.0, -2.0, 1.0, *([0.0] * delay)]), feedback)
-    numerator = setting * np.polymul(np.array([0.5, 0.5]), feedback)
+    above, below = in_z(velocity)
+    closed = np.polyadd(np.polymul(below, [1.0, -2.0, 1.0, *([0.0] * delay)]), np.polymul(above, feedback))
+    numerator = setting * np.polymul(np.polymul([0.5, 0.5], feedback), below)
     return loop_margins(numerator, np.polymul(np.array([1.0, -1.0]), closed), 1e-2 * min(setting, 1.0))

@@ -1,6 +1,7 @@
 """The velocity loop as python-control systems, ready for ``bode_plot``, ``nyquist_plot`` and ``step_response``."""
 
 import math
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import control
@@ -8,9 +9,11 @@ import numpy as np
 
 from controllers.checks import check_finite, check_positive
 from controllers.design.arguments import check_whole_delay
+from controllers.design.margins import LoopMargins, loop_margins
+from controllers.design.velocity_filter import filter_of, in_z
 
-POINTS = 4000
-"""Points of the frequency response from a ten thousandth of the Nyquist frequency to it."""
+SLOWEST = 1e-4
+"""Where the frequency response begins, over the Nyquist frequency."""
 
 
 class LoopSystems(NamedTuple):
@@ -18,23 +21,21 @@ class LoopSystems(NamedTuple):
 
     plant: Any  # from torque (N m) to velocity (rad/s), zero-order hold and delay included
     controller: Any  # from velocity error (rad/s) to torque (N m)
-    open_loop: Any  # their product ``L``
-    sensitivity: Any  # ``1/(1 + L)``, from reference to error
-    closed_loop: Any  # ``L/(1 + L)``, from reference to velocity
-
-
-class Margins(NamedTuple):
-    """Margins of a loop with given gains."""
-
-    stable: bool  # whether the closed loop is stable
-    crossover: float  # frequency of the last crossing of gain one, Hz; not a number where there is none
-    maximum_sensitivity: float  # largest ``|1/(1 + L)|``; infinite where the loop is unstable
-    gain_margin: float  # factor by which the gain of a stable loop may grow
-    phase_margin: float  # phase margin of a stable loop, degrees; not a number without a crossover
+    velocity_filter: Any  # ``F``, from velocity to what is measured of it; 1 for a sensor of velocity
+    open_loop: Any  # the product ``L`` of the three
+    sensitivity: Any  # ``1/(1 + L)``, from reference to measured error
+    closed_loop: Any  # ``L/(1 + L)``, from reference to measured velocity
 
 
 def loop_systems(
-    proportional: float, integral: float, inertia: float, period: float, *, delay: int = 0, friction_slope: float = 0.0
+    proportional: float,
+    integral: float,
+    inertia: float,
+    period: float,
+    *,
+    delay: int = 0,
+    friction_slope: float = 0.0,
+    velocity: Any = None,
 ) -> LoopSystems:
     """Return the systems of a PI velocity loop around a sampled joint.
 
@@ -51,11 +52,13 @@ def loop_systems(
     friction_slope : float, optional
         Slope of the friction curve at the speed that is looked at, N m s/rad: the viscous coefficient at high speed,
         negative where a Stribeck curve falls.
+    velocity : NamedTuple, optional
+        Estimator of :mod:`controllers.velocity` that makes the measured velocity of positions.
 
     Returns
     -------
     LoopSystems
-        Plant, controller, open loop, sensitivity and closed loop.
+        Plant, controller, velocity filter, open loop, sensitivity and closed loop.
 
     Raises
     ------
@@ -74,20 +77,22 @@ def loop_systems(
         controller = control.tf([proportional], [1.0], period)  # no pole that a zero cancels
     else:
         controller = control.tf([proportional + integral * period, -proportional], [1.0, -1.0], period)
-    open_loop = plant * controller
+    measured = control.tf(*in_z(filter_of(velocity)), period)
+    open_loop = plant * controller * measured
     numerator, denominator = open_loop.num[0][0], open_loop.den[0][0]
     characteristic = np.polyadd(numerator, denominator)  # not by feedback(): no pole and zero that cancel are left
     return LoopSystems(
         plant,
         controller,
+        measured,
         open_loop,
         control.tf(denominator, characteristic, period),
         control.tf(numerator, characteristic, period),
     )
 
 
-def loop_margins_of(systems: LoopSystems) -> Margins:
-    """Return the margins of a loop, also of one whose gains no design has chosen.
+def loop_margins_of(systems: LoopSystems) -> LoopMargins:
+    """Return the margins of a loop, its crossover in Hz, also of one whose gains no design has chosen.
 
     Parameters
     ----------
@@ -101,20 +106,6 @@ def loop_margins_of(systems: LoopSystems) -> Margins:
     """
     if not isinstance(systems, LoopSystems):
         raise TypeError(f"systems = {systems!r} is not allowed: it must be what loop_systems returns")
-    period = systems.open_loop.dt
-    stable = bool(np.all(np.abs(systems.closed_loop.poles()) < 1.0))
-    omega = np.geomspace(1e-4, 1.0, POINTS) * math.pi / period
-    loop = np.squeeze(control.frequency_response(systems.open_loop, omega).complex)
-    above = np.nonzero(np.abs(loop) >= 1.0)[0]
-    last = int(above[-1]) if above.size else -1
-    # where the loop is real and negative beyond the crossover: the imaginary part changes its sign there
-    turns = np.nonzero((np.diff(np.sign(loop.imag)) != 0.0) & (loop.real[1:] < 0.0))[0]
-    ends = [POINTS - 1] if loop.real[-1] < 0.0 else []  # at the Nyquist frequency it is real, too
-    behind = [*turns[turns > last], *ends]
-    return Margins(
-        stable,
-        float(omega[last]) / (2.0 * math.pi) if above.size else math.nan,
-        float(np.max(1.0 / np.abs(1.0 + loop))) if stable else math.inf,
-        1.0 / float(np.abs(loop[behind[0]])) if behind else math.inf,
-        math.degrees(float(np.angle(-loop[last]))) if above.size else math.nan,
-    )
+    loop, period = systems.open_loop, systems.open_loop.dt
+    found = loop_margins(loop.num[0][0], loop.den[0][0], SLOWEST * math.pi)
+    return replace(found, crossover=found.crossover / period)

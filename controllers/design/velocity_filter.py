@@ -10,6 +10,7 @@ from functools import singledispatch
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from controllers.velocity import DifferenceVelocity, DirectVelocity, KalmanVelocity, LowPassVelocity
 
@@ -40,6 +41,18 @@ def velocity_filter(estimator: Any) -> VelocityFilter:
         The estimator is of no known class.
     """
     raise TypeError(f"velocity = {estimator!r} is not allowed: it must be an estimator of controllers.velocity")
+
+
+def filter_of(velocity: Any) -> VelocityFilter:
+    """Return the filter of an estimator, or none where there is no estimator."""
+    return NO_FILTER if velocity is None else velocity_filter(velocity)
+
+
+def in_z(filter_of_velocity: VelocityFilter) -> tuple[NDArray[Any], NDArray[Any]]:
+    """Return numerator and denominator of a filter in falling powers of ``z``."""
+    size = max(map(len, filter_of_velocity))  # powers of z^-1 rise where those of z fall
+    above, below = (np.pad(polynomial, (size - len(polynomial), 0))[::-1] for polynomial in filter_of_velocity)
+    return above, below
 
 
 @velocity_filter.register

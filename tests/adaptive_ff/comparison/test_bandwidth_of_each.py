@@ -10,15 +10,16 @@ from scenario_files import short, write_scenario
 from adaptive_ff import InputError, Scenario, compare, load_scenario, simulate
 from adaptive_ff.comparison import own_bandwidth
 from adaptive_ff.comparison.own_bandwidth import (
-    STEP,
     TUNING_SEEDS,
+    Errors,
     find_own_bandwidth,
     in_own_loop,
+    loaded,
     settled_error,
-    tried_bandwidths,
     with_bandwidth,
 )
 from adaptive_ff.comparison.registry import CONTROLLERS, make_controller
+from adaptive_ff.scenario.loop import STEP, tried_bandwidths
 from adaptive_ff.studies.sweep import sweep
 from controllers import PI, fastest_bandwidth, pi_gains
 
@@ -38,23 +39,24 @@ def test_bandwidths_end_at_the_fastest_that_the_margin_allows():
 
 
 def test_best_bandwidth_is_chosen_on_its_own_seeds(monkeypatch):
-    """A made-up error, least at 3 Hz; the seed of the scenario is not among those that it is asked for."""
+    """Made-up errors, settled least at 3 Hz, loaded at 6 Hz; the scenario's own seed is not among those of the runs."""
     seen = set()
 
     def made_up(scenario, maker, course=None):
         seen.add(scenario.seed)
-        return abs(math.log(scenario.feedback.hertz / 3.0)) if scenario.feedback.hertz < 12.0 else math.inf
+        hertz = scenario.feedback.hertz
+        return Errors(*(1.0 + abs(math.log(hertz / best)) if hertz < 12.0 else math.inf for best in (3.0, 6.0)))
 
-    monkeypatch.setattr(own_bandwidth, "settled_error", made_up)
-    found = find_own_bandwidth(SHORT.modified(seed=7), CONTROLLERS["pi"])
+    monkeypatch.setattr(own_bandwidth, "errors_of", made_up)
+    found = find_own_bandwidth(SHORT.modified(seed=7, duration=4.25), CONTROLLERS["pi"])
     assert seen == set(TUNING_SEEDS)
-    assert abs(math.log(found.best / 3.0)) <= 0.5 * math.log(STEP)
+    assert abs(math.log(found.best / math.sqrt(3.0 * 6.0))) <= 0.5 * math.log(STEP)
     assert not found.at_an_end
-    assert found.error == min(found.errors)
+    assert found.costs[found.place] == min(found.costs)
     assert found.errors[-1] == math.inf
-    monkeypatch.setattr(own_bandwidth, "settled_error", lambda *_: math.inf)
+    monkeypatch.setattr(own_bandwidth, "errors_of", lambda *_: Errors(math.inf, math.inf))
     with pytest.raises(ArithmeticError, match="fails at every bandwidth"):
-        find_own_bandwidth(SHORT, CONTROLLERS["pi"])
+        find_own_bandwidth(SHORT.modified(duration=4.5), CONTROLLERS["pi"])
 
 
 @pytest.mark.parametrize("position", [None, {}], ids=["velocity", "position loop"])
@@ -62,11 +64,20 @@ def test_error_at_a_bandwidth_is_that_of_a_run(position):
     scenario = SHORT if position is None else SHORT.modified(position=position)
     given = scenario.modified(feedback={"bandwidth": 4.0})
     expected = simulate(given, "pi").metrics.rms_error_settled
+    assert settled_error(with_bandwidth(scenario, 4.0), CONTROLLERS["pi"]) == pytest.approx(expected, rel=1e-9)
     found = find_own_bandwidth(scenario, CONTROLLERS["pi"], seeds=[1])
-    assert settled_error(with_bandwidth(scenario, 4.0), CONTROLLERS["pi"]) == expected
-    place = 2
-    at = simulate(scenario.modified(feedback={"bandwidth": found.bandwidths[place]}), "pi")
-    assert found.errors[place] == at.metrics.rms_error_settled
+    run = simulate(loaded(scenario.modified(feedback={"bandwidth": found.bandwidths[2]})), "pi")
+    assert run.scenario.change[0].time == 3.0
+    squares = (run.reference - run.velocity) ** 2
+    expected = np.sqrt([np.mean(squares[2000:3000]), np.mean(squares[3000:])])
+    assert found.pairs[2] == pytest.approx(tuple(expected), rel=1e-9)
+
+
+def test_step_of_the_load_comes_after_what_changes_and_beside_it():
+    changed = SHORT.modified(duration=12.0, change=[{"time": 4.0, "friction_scale": 0.5, "load": 10.0}])
+    found = loaded(changed).change
+    assert found[1].model_dump(exclude_unset=True) == {"time": 10.0, "friction_scale": 0.5, "load": 170.0}
+    assert len(found) == 2
 
 
 def test_gains_give_way_to_a_bandwidth():

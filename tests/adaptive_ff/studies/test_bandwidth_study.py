@@ -10,12 +10,23 @@ from scenario_files import short, write_scenario
 
 from adaptive_ff import InputError, load_scenario, simulate
 from adaptive_ff.report.tables import best_table, errors_table, loops_table
+from adaptive_ff.scenario.loop import loop_at, noise_response
 from adaptive_ff.scenario.scenario import Scenario
 from adaptive_ff.studies.bandwidth_study import study_bandwidths
-from adaptive_ff.studies.loop_at_bandwidth import loop_at, noise_response
 from controllers import design_pi
 
 SHORT = load_scenario().modified(duration=4.0)
+
+
+def with_step(scenario):
+    """The scenario with 0.4 of its torque limit of 400 N m as a load, a second before its end."""
+    return scenario.modified(change=[{"time": 3.0, "load": 160.0}])
+
+
+def parts(run):
+    """Root mean square errors in the last third of the time before the load, and in the second after it."""
+    squares = (run.reference - run.velocity) ** 2
+    return pytest.approx((np.sqrt(np.mean(squares[2000:3000])), np.sqrt(np.mean(squares[3000:]))), rel=1e-9)
 
 
 @pytest.fixture(scope="module")
@@ -25,9 +36,9 @@ def study():
 
 def test_errors_are_those_of_runs_on_the_reported_seeds(study):
     best = study.own["disturbance_observer"].best
-    run = simulate(SHORT.modified(seed=1, feedback={"bandwidth": best}), "disturbance_observer")
-    assert study.own_errors["disturbance_observer"] == run.metrics.rms_error_settled
-    assert study.common_errors["pi"] == simulate(SHORT, "pi").metrics.rms_error_settled
+    run = simulate(with_step(SHORT.modified(seed=1, feedback={"bandwidth": best})), "disturbance_observer")
+    assert study.own_errors["disturbance_observer"] == parts(run)
+    assert study.common_errors["pi"] == parts(simulate(with_step(SHORT), "pi"))
     assert set(study.own) == {"pi", "disturbance_observer"}
 
 
@@ -82,12 +93,24 @@ def test_response_to_noise_sums_to_nothing_behind_an_encoder():
 def test_tables_name_the_best(study):
     tables = [loops_table(study), errors_table(study), best_table(study)]
     assert [len(table.rows) for table in tables] == [len(study.loops), len(study.loops), 2]
-    least = min(tables[1].column("pi"), key=float)
-    best = tables[1].column("bandwidth")[tables[1].column("pi").index(least)]
-    assert tables[2].column("best")[0] == best
+    best = [tables[1].column("bandwidth")[one.place] for one in study.own.values()]
+    assert tables[2].column("best") == best
     assert tables[2].column("over pi")[0] == "1.00"
+    front = study.front()
+    for place, (chosen, named) in enumerate(zip(tables[1].column("best of"), tables[1].column("front"), strict=True)):
+        assert chosen == ", ".join(name for name, one in study.own.items() if one.place == place)
+        assert named == ", ".join(name for name in study.own if (name, place) in front)
+    for name, one in study.own.items():
+        for place, pair in enumerate(one.pairs):
+            better = [
+                other
+                for each in study.own.values()
+                for other in each.pairs
+                if other != pair and other.settled <= pair.settled and other.loaded <= pair.loaded
+            ]
+            assert ((name, place) in study.front()) == (not better)
     assert study.plot().axes[0].get_yscale() == "log"
-    assert set(study.columns()) >= {"bandwidth", "maximum_sensitivity", "error_pi"}
+    assert set(study.columns()) >= {"bandwidth", "maximum_sensitivity", "angle_lost", "error_pi", "loaded_error_pi"}
     json.dumps(study.to_dict(), allow_nan=False)
 
 
@@ -96,8 +119,31 @@ def test_study_without_a_bandwidth_of_its_own():
     found = study_bandwidths(scenario, ["pi"], tuning_seeds=[101], reported_seeds=[1])
     assert found.common_errors == {}
     assert [loop.noise_torque for loop in found.loops] == [0.0] * len(found.loops)
-    assert best_table(found).heads == ("controller", "best", "", "error", "over pi")
+    assert best_table(found).heads == ("controller", "best", "", "error", "over pi", "loaded", "loaded over pi")
     assert found.plot().axes[0].get_lines()
+
+
+def test_bound_on_the_stiffness_leaves_slow_loops_out():
+    """A load of 1 N m turns the joint by 1/Ki: Ki = J (2 pi f)^2/5."""
+    short = SHORT.modified(duration=2.0)
+    options = {"tuning_seeds": [101], "reported_seeds": [1]}
+    stiffest = study_bandwidths(short, ["pi"], **options).loops[-1]
+    assert stiffest.angle_lost == pytest.approx(5.0 / (20.0 * (2.0 * math.pi * stiffest.bandwidth) ** 2), rel=1e-9)
+    found = study_bandwidths(short, ["pi"], stiffness=0.9 / stiffest.angle_lost, **options)
+    assert found.own["pi"].best == stiffest.bandwidth
+    with pytest.raises(InputError, match=r"stiffness = 1e\+09 N m/rad is not allowed: the stiffest loop .* has "):
+        study_bandwidths(short, ["pi"], stiffness=1e9, **options)
+
+
+def test_peak_speed_after_a_load_is_that_of_a_run_without_friction():
+    content = load_scenario().model_dump(exclude_unset=True)
+    joint = {**content["joint"], "coulomb": 0.0, "stiction": 0.0, "viscous": 0.0, "friction_lag": 0.0}
+    still = {"kind": "multisine", "frequencies": [0.05], "amplitudes": [1.0], "peak": 1e-9}
+    without = Scenario.model_validate({**content, "joint": joint, "sensor": {}, "reference": still, "duration": 4.0})
+    run = simulate(with_step(without.modified(feedback={"bandwidth": 6.0})), "pi")
+    assert loop_at(without, 6.0).peak_speed == pytest.approx(np.max(np.abs(run.velocity)), rel=0.01)
+    lost = np.sum(run.velocity[3000:]) * run.scenario.joint.solver_period
+    assert abs(lost) == pytest.approx(160.0 * loop_at(without, 6.0).angle_lost, rel=0.02)
 
 
 def test_wrong_arguments_are_refused():

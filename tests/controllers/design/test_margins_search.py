@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from controllers.design.margins import loop_margins, maximum_sensitivity
-from controllers.design.observer_design import SampledLoop, on_measured_velocity, open_loop
+from controllers.design.observer_design import on_measured_velocity
+from controllers.design.sampled_loop import SampledLoop, open_loop
 
 
 @pytest.mark.parametrize("delay", [0, 1, 2])
@@ -22,7 +23,7 @@ def test_search_has_the_sensitivity_of_the_margins_to_the_bit(delay, integral, v
 
 
 def test_product_of_polynomials_is_that_of_numpy():
-    from controllers.design.observer_design import _product
+    from controllers.design.sampled_loop import _product
 
     for first, second in (([0.0, 2.0, 1.0], [0.0, 0.0, 3.0]), ([0.0], [1.0, 2.0]), ([1.0, -1.0], [1.0, -1.0])):
         np.testing.assert_array_equal(_product(np.array(first), np.array(second)), np.polymul(first, second))

@@ -6,7 +6,19 @@ import control
 import numpy as np
 import pytest
 
-from controllers import PI, design_pi, fastest_bandwidth, pi_gains
+from controllers import (
+    PI,
+    design_pi,
+    difference_velocity,
+    estimate_velocity,
+    fastest_bandwidth,
+    initial_velocity_state,
+    kalman_velocity,
+    kalman_velocity_gains,
+    loop_margins_of,
+    low_pass_velocity,
+    pi_gains,
+)
 
 INERTIA = 20.0
 
@@ -135,3 +147,42 @@ def test_bound_that_no_loop_meets_is_refused():
 def test_whole_numbers_of_periods_may_be_floats():
     assert design_pi(2.0, 0.013, delay=np.float64(3.0)) == design_pi(2.0, 0.013, delay=3)
     assert fastest_bandwidth(0.013, 3.0) == fastest_bandwidth(0.013, 3)
+
+
+def encoders(period):
+    """Three estimators of a velocity from an encoder of 4096 counts a turn."""
+    kalman = kalman_velocity_gains(2.0 * math.pi / 4096 / math.sqrt(12.0), 20.0, period)
+    return [difference_velocity(period), low_pass_velocity(50.0, period), kalman_velocity(*kalman, period)]
+
+
+def size_after(design, gain, periods=4000):
+    """Speed of an inertia in the loop long after a kick, over that soon after it; the loop sees its position."""
+    estimator, period = design.velocity, design.period
+    state, commands = initial_velocity_state(estimator, 0.0, 0.0), [0.0] * design.delay
+    position, velocity, integral, sizes = 0.0, 1.0, 0.0, []
+    for _ in range(periods):
+        measured, state = estimate_velocity(estimator, state, position, period)
+        integral -= design.integral * period * measured
+        commands.append(gain * (integral - design.proportional * measured))
+        acceleration = commands.pop(0) / INERTIA
+        position += period * (velocity + 0.5 * period * acceleration)
+        velocity += period * acceleration
+        sizes.append(abs(velocity))
+    return max(sizes[-200:]) / max(sizes[200:400])
+
+
+@pytest.mark.parametrize("kind", [0, 1, 2], ids=["difference", "low-pass", "kalman"])
+@pytest.mark.parametrize("delay", [0, 1])
+def test_loop_of_an_encoder_is_stable_up_to_the_stated_gain_margin_and_the_margins_are_those_of_its_systems(
+    kind, delay
+):
+    design = PI.design(INERTIA, 0.001, delay=delay, velocity=encoders(0.001)[kind])
+    assert design.maximum_sensitivity == pytest.approx(1.7, rel=1e-4)
+    assert design.bandwidth < PI.design(INERTIA, 0.001, delay=delay).bandwidth
+    assert size_after(design, 0.95 * design.gain_margin) < 0.5
+    assert size_after(design, 1.05 * design.gain_margin) > 2.0
+    found = loop_margins_of(design.systems())
+    assert found.maximum_sensitivity == pytest.approx(1.7, rel=2e-3)
+    assert (found.stable, found.phase_margin) == (True, pytest.approx(design.phase_margin, abs=0.5))
+    with pytest.raises(ValueError, match=r"periods of delay and velocity filter and a maximum sensitivity of 1\.7"):
+        PI.design(INERTIA, 0.001, 1.02 * design.bandwidth, delay=delay, velocity=design.velocity)

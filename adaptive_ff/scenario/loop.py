@@ -1,0 +1,219 @@
+"""What the PI loop of a scenario is like at a bandwidth: gains, margins, what noise does in it, and how stiff it is."""
+
+import math
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import lfilter
+
+from adaptive_ff.scenario.axis_units import axis_unit
+from controllers import (
+    LoopSystems,
+    design_pi,
+    estimate_velocity,
+    fastest_bandwidth,
+    initial_velocity_state,
+    loop_margins_of,
+    loop_systems,
+)
+from controllers.sensitivity import PI_SENSITIVITY
+from plant import steepest_fall
+
+if TYPE_CHECKING:
+    from adaptive_ff.scenario.scenario import Scenario
+
+SETTLED = 40.0
+"""Time constants of the integral part over which a response to noise is followed."""
+
+MOST_SAMPLES = 20_000
+"""Samples after which a filter of the velocity has forgotten a reading."""
+
+LOAD_SHARE = 0.4
+"""Step of the load that a loop is to stand, over the rated torque, which is the torque limit of the drive."""
+
+TREMBLING = 0.1
+"""Torque that measurement noise may cost (rms), over the rated torque."""
+
+REVERSALS = 1.0
+"""Reversals of a motion in a second that the error of friction is reckoned for."""
+
+SLOWEST, SLOWEST_SHARE = 1.0, 0.25
+"""Slowest loop that is tried, Hz, and its share of the fastest one where that is less."""
+
+STEP = 2.0**0.5
+"""Ratio of one bandwidth that is tried to the next."""
+
+
+class LoopAtBandwidth(NamedTuple):
+    """A PI loop of a scenario.
+
+    Attributes
+    ----------
+    bandwidth : float
+        Bandwidth that the gains are made for, Hz.
+    proportional, integral : float
+        Gains, N m s/rad and N m/rad.
+    maximum_sensitivity, gain_margin, phase_margin : float
+        Margins without friction, with delay and velocity filter; the last in degrees.
+    hunts : bool
+        Whether the loop is unstable where friction of the scenario's joint falls most steeply.
+    noise_torque : float
+        Torque that the noise of the measured velocity makes, N m rms.
+    noise_velocity : float
+        Velocity that this torque makes, rad/s rms: the error of the loop without friction.
+    friction_velocity : float
+        Velocity that Coulomb friction makes where it turns once a second, rad/s rms, without feedforward.
+    angle_lost : float
+        Angle that the joint gives way for each N m of a load, ``1/Ki``, rad/(N m).
+    peak_speed : float
+        Largest speed after a step of the load of :func:`load_step`, rad/s.
+    """
+
+    bandwidth: float
+    proportional: float
+    integral: float
+    maximum_sensitivity: float
+    gain_margin: float
+    phase_margin: float
+    hunts: bool
+    noise_torque: float
+    noise_velocity: float
+    friction_velocity: float
+    angle_lost: float
+    peak_speed: float
+
+
+def sampled(scenario: "Scenario") -> dict[str, Any]:
+    """Return what a design of the velocity loop takes: period, s, delay, whole periods, and velocity estimator."""
+    delay = math.ceil(scenario.assumed_delay - 1e-6)
+    return {"period": scenario.sampling.period, "delay": delay, "velocity": scenario.velocity_estimator}
+
+
+def tried_bandwidths(scenario: "Scenario", share: float = 1.0) -> list[float]:
+    """Return the bandwidths (Hz) that are tried, ascending, up to a share of the fastest that the margin allows."""
+    fastest = share * fastest_bandwidth(**sampled(scenario))
+    slowest = min(SLOWEST, SLOWEST_SHARE * fastest)
+    count = math.floor(math.log(fastest / slowest) / math.log(STEP) + 1e-9) + 1
+    return [fastest / STEP**step for step in reversed(range(count))]
+
+
+def load_step(scenario: "Scenario") -> float:
+    """Return the load (N m) that a loop is to stand; without a rated torque it is the joint's stiction."""
+    limit = scenario.actuator.torque_limit
+    return scenario.joint.stiction if limit is None else LOAD_SHARE * limit
+
+
+def loop_at(scenario: "Scenario", bandwidth: float) -> LoopAtBandwidth:
+    """Return what the PI loop of a scenario is like at a bandwidth (Hz).
+
+    Rounding errors of an encoder are taken as independent and even, and go through what makes a velocity of them.
+
+    Raises
+    ------
+    ValueError
+        The margins do not allow the bandwidth.
+    """
+    joint, inertia = scenario.joint, scenario.feedback.inertia
+    design = design_pi(inertia, bandwidth=bandwidth, **sampled(scenario))
+    systems, relative = design.systems(), bandwidth * scenario.sampling.period
+    fall = max(map(steepest_fall, (joint.friction, joint.friction_backward)))
+    steep = design.systems(friction_slope=-fall) if math.isfinite(fall) else None
+    torque, velocity = noise_gains(systems, relative, noise_response(scenario))
+    resolution = scenario.sensor.encoder_resolution
+    noise = scenario.sensor.velocity_noise if resolution is None else resolution / math.sqrt(12.0)
+    yielded = load_response(systems, relative, inertia)
+    energy = float(np.sum(yielded**2)) * scenario.sampling.period
+    return LoopAtBandwidth(
+        bandwidth=bandwidth,
+        proportional=design.proportional,
+        integral=design.integral,
+        maximum_sensitivity=design.maximum_sensitivity,
+        gain_margin=design.gain_margin,
+        phase_margin=design.phase_margin,
+        hunts=steep is None or not loop_margins_of(steep).stable,
+        noise_torque=noise * torque,
+        noise_velocity=noise * velocity,
+        friction_velocity=2.0 * joint.coulomb * math.sqrt(REVERSALS * energy),
+        angle_lost=1.0 / design.integral,
+        peak_speed=load_step(scenario) * float(np.max(np.abs(yielded))),
+    )
+
+
+def noise_response(scenario: "Scenario") -> NDArray[np.float64]:
+    """Return the velocity that a unit of measurement noise at one sample makes at this and the following ones.
+
+    Of a velocity sensor it is that velocity itself, rad/s; of an encoder a position, rad, that a filter turns into one.
+    """
+    if scenario.sensor.encoder_resolution is None:
+        return np.ones(1)
+    period, observer = scenario.sampling.period, scenario.velocity_estimator
+    state, response, largest = initial_velocity_state(observer, 0.0, 0.0), [], 0.0
+    for k in range(MOST_SAMPLES):
+        velocity, state = estimate_velocity(observer, state, 1.0 if k == 1 else 0.0, period)
+        response.append(velocity)
+        largest = max(largest, abs(velocity))
+        if k > 2 and max(map(abs, response[-3:])) < 1e-6 * largest:
+            break
+    return np.array(response[1:])
+
+
+def noise_gains(systems: LoopSystems, relative_bandwidth: float, response: NDArray[np.float64]) -> tuple[float, float]:
+    """Return the rms torque and velocity that white measurement noise of unit size makes in a loop.
+
+    Parameters
+    ----------
+    systems : LoopSystems
+        The loop.
+    relative_bandwidth : float
+        Its bandwidth times its period.
+    response : ndarray, shape (k,)
+        Measured velocity after a unit of noise, see :func:`noise_response`.
+    """
+    noise = np.append(response, np.zeros(_samples(relative_bandwidth)))
+    torque = _filtered(systems.controller, _filtered(systems.sensitivity, noise))
+    return float(np.linalg.norm(torque)), float(np.linalg.norm(_filtered(systems.plant, torque)))
+
+
+def load_response(systems: LoopSystems, relative_bandwidth: float, inertia: float) -> NDArray[np.float64]:
+    """Return the velocity (rad/s) at the samples after a step of the load of 1 N m, friction aside."""
+    step = np.ones(_samples(relative_bandwidth))
+    period: float = systems.plant.dt
+    return np.cumsum(_filtered(systems.sensitivity, step)) * (period / inertia)
+
+
+def _samples(relative_bandwidth: float) -> int:
+    return math.ceil(SETTLED * 5.0 / (2.0 * math.pi * relative_bandwidth))
+
+
+def _filtered(system: Any, values: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the output of a transfer function in ``z``; in powers of the delay short numerators begin with zeros."""
+    numerator, denominator = system.num[0][0], system.den[0][0]
+    padded = np.concatenate([np.zeros(denominator.size - numerator.size), numerator])
+    found: NDArray[np.float64] = lfilter(padded, denominator, values)
+    return found
+
+
+def loop_cautions(scenario: "Scenario") -> Iterator[str]:
+    """Yield a sentence where the velocity loop oscillates, by its margins or because friction falls too steeply."""
+    gains, inertia = scenario.feedback.gains, scenario.feedback.inertia
+    reached = loop_margins_of(loop_systems(*gains, inertia, **sampled(scenario)))
+    if reached.maximum_sensitivity > PI_SENSITIVITY * (1.0 + 1e-3):
+        shown = (
+            f"the velocity loop oscillates: its maximum sensitivity is {reached.maximum_sensitivity:.3g} and its phase "
+            f"margin {reached.phase_margin:.2g} degrees"
+            if reached.stable
+            else "the velocity loop is unstable"
+        )
+        yield (
+            f"{shown}, delay and velocity filter included; feedback.bandwidth = "
+            f"{fastest_bandwidth(**sampled(scenario)):.3g} Hz or less keeps a sensitivity of {PI_SENSITIVITY:g}"
+        )
+    fall = steepest_fall(scenario.joint.friction)
+    if fall > gains[0]:
+        unit = axis_unit(scenario.joint.axis, "N m s/rad")
+        yield (
+            f"the friction curve falls by up to {fall:.4g} {unit}, more than the proportional gain of {gains[0]:.4g} "
+            f"{unit} can hold: the loop will hunt at low speed"
+        )
