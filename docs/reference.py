@@ -74,7 +74,7 @@ def api() -> str:
     for package, offer in FACES.items():
         face = importlib.import_module(package)
         names = [name for name in face.__all__ if callable(getattr(face, name)) and not _is_alias(getattr(face, name))]
-        listed = "\n".join(f"   {package}.{name}" for name in sorted(names))
+        listed = "\n".join(f"   ~{package}.{name}" for name in sorted(names))
         text += f"\n## {package}\n\n{offer}\n\n```{{eval-rst}}\n.. autosummary::\n   :toctree: api\n\n{listed}\n```\n"
     return text
 
@@ -113,7 +113,7 @@ def scenario_fields() -> str:
     for name, field in Scenario.model_fields.items():
         for table in _tables(field.annotation):
             kind = table.model_fields.get("kind")
-            named = "" if kind is None else f', `kind = "{kind.default}"`'
+            named = "" if kind is None else f', `kind = "{get_args(kind.annotation)[0]}"`'
             title = f"[[{name}]]" if "list" in str(field.annotation) else f"[{name}]"
             text += f"## {title}{named}\n\n{inspect.getdoc(table).splitlines()[0]}\n\n{_fields(table)}"
     return text

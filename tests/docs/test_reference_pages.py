@@ -41,6 +41,7 @@ def test_roles_are_found_and_strangers_are_not():
 def test_everything_has_a_meaning(page):
     rows = [line for line in page().splitlines() if line.startswith("| `")]
     assert len(rows) > 5
+    assert "Undefined" not in page()
     assert [row for row in rows if row.split(" | ")[-1].strip(" |") == ""] == []
 
 
@@ -51,7 +52,7 @@ def test_fields_are_described_by_the_docstrings_of_their_class_and_its_bases():
 
 
 def test_faces_are_listed():
-    assert {"   adaptive_ff.compare", "   controllers.PI", "   plant.Joint"} <= set(api().splitlines())
+    assert {"   ~adaptive_ff.compare", "   ~controllers.PI", "   ~plant.Joint"} <= set(api().splitlines())
 
 
 @pytest.mark.nightly
