@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from adaptive_ff.cli.gate import Gate
-from adaptive_ff.cli.options import SETTINGS, Output, OwnControllers, ScenarioFile
+from adaptive_ff.cli.options import SETTINGS, OwnControllers, ScenarioFile, ViewerOutput
 from adaptive_ff.cli.output import bars, error_console, warn
 from adaptive_ff.errors import InputError
 
@@ -66,7 +66,7 @@ def compare_command(
         ),
     ] = None,
     guard: Guard = Guard(),  # noqa: B008 - the defaults of the options
-    output: Output = Output(),  # noqa: B008
+    output: ViewerOutput = ViewerOutput(),  # noqa: B008
 ) -> int:
     """Run a joint with each controller and show by how much friction feedforward improves tracking."""
     from adaptive_ff.comparison.comparison import compare
@@ -102,6 +102,7 @@ def compare_command(
             shown.append(f"Each controller in the loop that suits it, chosen on other seeds: {best}")
         warn(comparison.cautions())
         title, details = f"Controllers on {source}, seed {loaded.seed}", {"Scenario": to_toml(loaded)}
+        results.write_series(comparison)
         results.write("result.json", comparison.to_dict(), shown, comparison.plot(None), title=title, details=details)
         results.shown.append(f"Plots, time series and result.json are in {output.out}")
         results.left_behind(PICTURES, [f"{name}.csv" for name in CONTROLLERS])

@@ -17,6 +17,7 @@ from adaptive_ff.cli.options import (
     Output,
     OverPosition,
     TorqueDelay,
+    ViewerOutput,
     named_parts,
 )
 from adaptive_ff.cli.output import error_console, progress_bars, warn, warn_of_skips
@@ -69,7 +70,7 @@ def identify_command(
         str, typer.Option(help="Files for simulators as well: mjcf, urdf, isaac, drake, or several: mjcf,urdf.")
     ] = "",
     details: Annotated[bool, typer.Option("--details", help="Also say how the numbers came about.")] = False,
-    output: Output = Output(),  # noqa: B008
+    output: ViewerOutput = ViewerOutput(),  # noqa: B008
 ) -> None:
     """Identify inertia and friction of a joint from a recorded log."""
     from adaptive_ff.identify.identification import identify_log
@@ -100,6 +101,7 @@ def identify_command(
         page = {} if refused else {SCENARIO: (results.stage / SCENARIO).read_text(encoding="utf-8")}
         shown = _shown(found, taken, refused, output.out, details=details)
         title = f"Joint identified from {log}"
+        results.write_series(found)
         results.write("identification.json", result, shown, found.plot(None), title=title, details=page)
         made = ["Plots", "identification.json", *([] if refused else [SCENARIO, REFERENCE])]
         results.shown.append(f"{', '.join([*made, *(ENDINGS[name] for name in simulators)])} are in {output.out}")

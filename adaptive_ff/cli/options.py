@@ -78,6 +78,25 @@ class Output(Common):
             yield taken
 
 
+@dataclass
+class ViewerOutput(Output):
+    """The same, with the series for viewers."""
+
+    mcap: Annotated[
+        Path | None,
+        typer.Option(
+            help="Write the series there as MCAP, for PlotJuggler and Foxglove, with a layout for the former beside."
+        ),
+    ] = None
+
+    @contextmanager
+    def results(self, *further: Path | None) -> "Iterator[Results]":
+        """Yield what takes the results; the file of the series and the layout are staged as well."""
+        layout = None if self.mcap is None else self.mcap.with_suffix(".xml")
+        with super().results(self.mcap, layout, *further) as taken:
+            yield taken
+
+
 def named_parts(text: str, known: tuple[str, ...], refusal: str) -> tuple[str, ...]:
     """Return the names in a text, separated by commas, each once; ``InputError`` for one that is not known."""
     names = tuple(dict.fromkeys(part.strip().lower() for part in text.split(",") if part.strip()))

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
-from adaptive_ff.cli.options import KNOWN_FORMATS, SETTINGS, STANDARD_OUTPUT, Output, TableForm
+from adaptive_ff.cli.options import KNOWN_FORMATS, SETTINGS, STANDARD_OUTPUT, Output, TableForm, ViewerOutput
 from adaptive_ff.errors import InputError
 
 if TYPE_CHECKING:
@@ -95,6 +95,15 @@ class Results:
         copy = [] if self.output.json is None else [self.beside[self.output.json]]
         for file in [*([self.stage / name] if name else []), *copy]:
             write_result(file, result)
+
+    def write_series(self, found: Any) -> None:
+        """Write the series of a result for viewers where ``--mcap`` asks for them."""
+        from adaptive_ff.report.viewers import layout, write_mcap
+
+        file = self.output.mcap if isinstance(self.output, ViewerOutput) else None
+        if file is not None:
+            write_mcap(self.beside[file], found)
+            self.beside[file.with_suffix(".xml")].write_text(layout(found), encoding="utf-8")
 
     def left_behind(self, pictures: Iterable[str], files: Iterable[str]) -> None:
         """Say which files that the command may write stay in its folder as they are, since it does not write them now.

@@ -7,7 +7,7 @@ from typing import Annotated, Any
 import typer
 
 from adaptive_ff.cli.columns import chosen_columns, column_factors, columns_taken, read_columns
-from adaptive_ff.cli.options import Linear, LogFile, MeasuredColumns, Output, TorqueDelay
+from adaptive_ff.cli.options import Linear, LogFile, MeasuredColumns, TorqueDelay, ViewerOutput
 from adaptive_ff.cli.output import bars, warn_of_skips
 from adaptive_ff.errors import InputError
 
@@ -65,7 +65,7 @@ def replay_command(
     ] = None,
     state: Annotated[Path | None, typer.Option(help="State to start from, as --save-state wrote it.")] = None,
     save_state: Annotated[Path | None, typer.Option(help="Write the state at the end there.")] = None,
-    output: Output = Output(),  # noqa: B008
+    output: ViewerOutput = ViewerOutput(),  # noqa: B008
     former: Former = Former(),  # noqa: B008
 ) -> None:
     """Replay a recorded log, and show which torque adaptive feedforward would have left to the feedback."""
@@ -91,6 +91,7 @@ def replay_command(
             values = ", ".join(f"{key} {value:.4g} {found.units[key]}" for key, value in estimates.items())
             shown.append(f"Estimates at the end, {name}: {values}")
         result = {**found.to_dict(), "columns": taken}
+        results.write_series(found)
         results.write("replay.json", result, shown, found.plot(None), title=f"Replay of {log}")
         if save_state is not None:
             results.beside[save_state].write_text(found.state_to_json(), encoding="utf-8")
