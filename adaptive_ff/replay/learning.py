@@ -1,4 +1,4 @@
-"""Recursive least squares of a log's torque along its measured motion, one sample after the other."""
+"""The controller's filter of the coefficients, over a log: torque and columns along the measured motion."""
 
 import math
 from typing import NamedTuple
@@ -8,9 +8,10 @@ import numpy as np
 from adaptive_ff.friction.along import columns_along
 from adaptive_ff.friction.columns import Curve, Hypothesis
 from adaptive_ff.identify.motion import Array, Rows
-from adaptive_ff.learning.rls import RLSState, initial_rls_state, update_rls_in_place
+from adaptive_ff.learning.kalman import LOOP, Member, Prior, constrain_in_place, update_in_place
 from controllers import compiled
-from controllers.arrays import NDArray
+from controllers.arrays import MutableArray, NDArray
+from controllers.triangle import packed, row_of
 
 COLUMNS = ("inertia", "viscous", "coulomb", "stiction", "slow_coulomb", "soft_coulomb")
 """Names of the first columns; the last two are Coulomb friction that turns over a path."""
@@ -19,27 +20,19 @@ PATHS = (0.003, 0.02)
 """Their paths, over the way in a second at the usual speed."""
 
 NOT_NEGATIVE = ("inertia", "viscous")
-"""Parameters that are fed as zero where they come out negative."""
+"""Parameters that are bounded."""
+
+CLIP = 3.0
+"""Standard deviations beyond which an innovation counts less, as in the controller."""
 
 FIRST_LAG = 0.01
 """Friction lag about which its column is linear, s."""
 
 
 class Learner(NamedTuple):
-    """What is learnt, and what is known before.
+    """What is learnt, and what is known before: first values and their standard deviations, and the usual torque, N m.
 
-    Attributes
-    ----------
-    names : tuple of str
-        Parameters.
-    hypothesis, curve : Hypothesis, Curve
-        Columns of the friction hypothesis.
-    gravity, offset, directions : bool
-        Whether there are such terms.
-    deviation : ndarray
-        Standard deviation of each parameter beforehand.
-    first : ndarray
-        Its first value.
+    The columns are those of the friction hypothesis, and perhaps an offset.
     """
 
     names: tuple[str, ...]
@@ -48,6 +41,7 @@ class Learner(NamedTuple):
     offset: bool
     first: Array
     deviation: Array
+    torque: float
 
 
 def make_learner(
@@ -69,7 +63,7 @@ def make_learner(
     names = list(COLUMNS) + (["stiction_asymmetry", "viscous_asymmetry"] if directions else [])
     names += ["gravity_sin", "gravity_cos"] if gravity else []
     names += [f"ripple_{part}_{number}" for number in range(1, len(ripples) + 1) for part in ("sin", "cos")]
-    names += ["lag_slope", "velocity_slope", *(["offset"] if offset else [])]
+    names += [*(["offset"] if offset else []), "lag_slope", "velocity_slope"]
     deviation = np.full(len(names), torque)
     first = np.zeros(len(names))
     deviation[0], deviation[1] = torque / max(accelerated, 1e-300), torque / fast
@@ -79,7 +73,7 @@ def make_learner(
         deviation[names.index("viscous_asymmetry")] = 0.3 * torque / fast
         deviation[names.index("stiction_asymmetry")] = 0.3 * torque
     deviation[names.index("velocity_slope")] = 0.0
-    return Learner(tuple(names), hypothesis, curve, offset, first, deviation)
+    return Learner(tuple(names), hypothesis, curve, offset, first, deviation, torque)
 
 
 def columns_of(learner: Learner, rows: Rows, still: float) -> Array:
@@ -88,34 +82,51 @@ def columns_of(learner: Learner, rows: Rows, still: float) -> Array:
     middle = 0.5 * (velocity[1:] + velocity[:-1])
     edges = np.concatenate([velocity[:1], middle, velocity[-1:]])
     columns = columns_along(learner.hypothesis, learner.curve, edges, rows.period, rows.position)
-    return np.column_stack([columns, np.ones(velocity.size)]) if learner.offset else columns
+    return np.insert(columns, columns.shape[1] - 2, 1.0, axis=1) if learner.offset else columns
 
 
-def initial_state(learner: Learner) -> RLSState:
-    """Return the state before anything is measured, in units of the deviations."""
-    return initial_rls_state(np.zeros(len(learner.names)), np.eye(len(learner.names)))
+def initial_state(learner: Learner) -> Member:
+    """Return the state before anything is measured; coefficients in units of their deviations, torque of the usual."""
+    size = len(learner.names)
+    known = learner.deviation > 0.0
+    mean = np.zeros(LOOP + size)
+    mean[LOOP:][known] = learner.first[known] / learner.deviation[known]
+    return Member(mean, packed(np.diag(np.append(np.zeros(LOOP), known))))
 
 
 def _learn(
-    state: RLSState,
+    member: Member,
+    prior: Prior,
     columns: Array,
     torque: Array,
     sliding: NDArray[np.bool_],
     forgetting: float,
-    most: float,
-    history: Array,
-) -> float:
-    """Take every sliding sample into account; write the estimates before each; return the mean square error."""
-    level = 1e-12
+    history: MutableArray,
+    work: MutableArray,
+    multipliers: MutableArray,
+) -> None:
+    """Take every sliding sample into account; write the estimates before each.
+
+    A log has no loop of ours, so its two states stay at zero. With process noise ``(1/lambda - 1) P`` the filter is
+    recursive least squares; it stops where the covariance is that of the prior. The noise is what is left.
+    """
+    size = columns.shape[1]
+    level, most = 1.0, float(size)
     for k in range(torque.size):
         total = 0.0
-        for i in range(state.estimate.size):
-            history[k, i] = state.estimate[i]
-            total += state.covariance[i, i]
+        for i in range(size):
+            history[k, i] = member.mean[LOOP + i]
+            total += member.covariance[row_of(LOOP + i) + LOOP + i]
         if sliding[k]:
-            error = update_rls_in_place(state, columns[k], torque[k], forgetting if total < most else 1.0)
-            level += 0.001 * (error * error - level)
-    return level
+            grown = 1.0 / forgetting if total < most else 1.0
+            for i in range(member.covariance.size):
+                member.covariance[i] *= grown
+            error = torque[k]
+            for i in range(size):
+                error -= columns[k, i] * member.mean[LOOP + i]
+            update_in_place(member, columns[k], torque[k], level, CLIP, 0.0, 0.0, work)
+            constrain_in_place(member, prior, multipliers)
+            level = max(forgetting * level + (1.0 - forgetting) * error * error, 1e-6)
 
 
 learn_in_place = compiled(_learn)
@@ -123,7 +134,7 @@ learn_in_place = compiled(_learn)
 
 def learn(
     learner: Learner,
-    state: RLSState,
+    member: Member,
     columns: Array,
     torque: Array,
     sliding: NDArray[np.bool_],
@@ -134,9 +145,20 @@ def learn(
 
     Columns and torque are behind the response. The memory is in s of sliding motion.
     """
-    history = np.empty((torque.size, len(learner.names)))
-    scaled = np.ascontiguousarray(columns * learner.deviation)
-    rest = torque - columns @ learner.first
-    forgetting = math.exp(-period / memory)
-    learn_in_place(state, scaled, rest, sliding, forgetting, float(len(learner.names)), history)
-    return learner.first + history * learner.deviation
+    size = len(learner.names)
+    history = np.empty((torque.size, size))
+    lowest = np.array([0.0 if name in NOT_NEGATIVE else -np.inf for name in learner.names])
+    unscaled, unbounded = np.zeros(size, dtype=np.bool_), np.full(size, np.inf)
+    prior = Prior(np.zeros(size), np.zeros(size * (size + 1) // 2), unscaled, lowest, unbounded)
+    learn_in_place(
+        member,
+        prior,
+        np.ascontiguousarray(columns * learner.deviation / learner.torque),
+        np.ascontiguousarray(torque / learner.torque),
+        sliding,
+        math.exp(-period / memory),
+        history,
+        np.zeros(LOOP + size),
+        np.zeros(size),
+    )
+    return history * learner.deviation

@@ -22,13 +22,14 @@ from adaptive_ff.identify.preparation import Prepared, prepare
 from adaptive_ff.identify.result import LogIdentification
 from adaptive_ff.identify.selection import Data
 from adaptive_ff.identify.units import of_current
-from adaptive_ff.learning.rls import RLSState
+from adaptive_ff.learning.kalman import LOOP, Member
 from adaptive_ff.logs.defects import Skipped
 from adaptive_ff.logs.log import Log, check_log
-from adaptive_ff.replay.learning import NOT_NEGATIVE, Learner, columns_of, initial_state, learn, make_learner
+from adaptive_ff.replay.learning import Learner, columns_of, initial_state, learn, make_learner
 from adaptive_ff.reported import Reported
 from adaptive_ff.scenario.axis_units import of_linear
 from controllers.checks import check_numbers
+from controllers.triangle import packed, unpacked
 
 NONE, FIXED, RECORDED, COLD, SAVED = "none", "fixed", "recorded", "adaptive", "adaptive_saved"
 """Feedforwards: none; a fixed model; the machine's own; the adaptive one from a cold start, and from a saved state."""
@@ -72,20 +73,12 @@ class Replay(Reported):
 
     Attributes
     ----------
-    name : str
-        Where the log comes from.
-    linear, is_current : bool
-        Whether it is a linear axis, and whether its torque is a current.
-    settings : dict
-        What was assumed.
-    band : float
-        Band in which is judged, Hz.
-    samples, used : int
-        Samples of the log, and of those that were used.
-    skipped : list of Skipped
-        What of the log was not used, and why.
-    notes : list of str
-        What is to be known of the figures, a sentence each.
+    name, linear, is_current
+        Where the log comes from, whether it is a linear axis, and whether its torque is a current.
+    settings, band
+        What was assumed, and the band in which is judged, Hz.
+    samples, used, skipped, notes
+        Samples of the log, those that were used, what was not and why, and what is to be known of the figures.
     fixed : LogIdentification or None
         The fixed model: the first half of the log identified.
     left : dict of Left
@@ -95,8 +88,6 @@ class Replay(Reported):
     state : str
         State at the end, for the next log.
     """
-
-    _drawn_by = "plot_replay"
 
     name: str
     linear: bool
@@ -211,8 +202,7 @@ def replay_log(
     gravity = "gravity" in identify
     if (gravity or ripple_periods) and log.position is None:
         raise InputError(f"{log.name}: gravity and ripples are learnt over a position; the log has none")
-    nearest = 0.2 / float(np.median(np.abs(np.diff(log.time)))) if log.time.size > 1 else band
-    judged = min(band, nearest)
+    judged = min(band, 0.2 / float(np.median(np.abs(np.diff(log.time))))) if log.time.size > 1 else band
     prepared = prepare(log, bandwidth=judged, torque_delay=torque_delay, linear=linear)
     learner = make_learner(
         fast=prepared.fast,
@@ -229,18 +219,14 @@ def replay_log(
     fixed, note = _fixed(log, bandwidth, torque_delay, linear=linear, is_current=is_current)
     started = {COLD: initial_state(learner), **({} if saved is None else {SAVED: saved})}
     parts = [_replayed(prepared, rows, learner, started, memory or MEMORY) for rows in prepared.rows]
-    fed = {name: [part[name] for part in parts] for name in started}
     needed = [rows.torque for rows in prepared.rows]
     others: dict[str, list[Array]] = {NONE: [np.zeros_like(one) for one in needed]}
     if fixed is not None:
         others[FIXED] = [_fixed_torque(fixed, prepared, rows) for rows in prepared.rows]
     if FEEDFORWARD in log.extra:
         others[RECORDED] = _recorded(prepared)
-    feeds = {**others, **{name: [one.torque for one in parts_of] for name, parts_of in fed.items()}}
-    left, series = _judged(
-        prepared, needed, feeds, {name: [one.estimates for one in parts_of] for name, parts_of in fed.items()}, learner
-    )
-    last = started.get(SAVED, started[COLD])
+    fed, estimates = ({name: [part[name][place] for part in parts] for name in started} for place in (0, 1))
+    left, series = _judged(prepared, needed, {**others, **fed}, estimates, learner)
     notes = [
         "Columns run along the measured motion, and a low-pass stands for the response of the loop: in its loop the "
         "controller learns along its reference, from the error.",
@@ -266,21 +252,14 @@ def replay_log(
         fixed=fixed,
         left=left,
         series=series,
-        state=_state_to_json(learner, last),
+        state=_state_to_json(learner, started.get(SAVED, started[COLD])),
     )
 
 
-class _Fed(NamedTuple):
-    """Torque that was fed along a segment, and the estimates before each sample."""
-
-    torque: Array
-    estimates: Array
-
-
 def _replayed(
-    prepared: Prepared, rows: Rows, learner: Learner, states: dict[str, RLSState], memory: float
-) -> dict[str, _Fed]:
-    """Learn along a segment, in the states given, and feed what was learnt before each sample."""
+    prepared: Prepared, rows: Rows, learner: Learner, states: dict[str, Member], memory: float
+) -> dict[str, tuple[Array, Array]]:
+    """Return the torque fed along a segment by what was learnt before each sample, and the estimates, by state."""
     slow = max(0.01 * prepared.fast, 3.0 * rows.noise)
     columns = columns_of(learner, rows, slow)
     response = signal.butter(2, min(prepared.band, 0.4 / rows.period), fs=1.0 / rows.period, output="sos")
@@ -290,14 +269,11 @@ def _replayed(
     still = (np.abs(rows.velocity) < slow).astype(float)
     slides = signal.sosfilt(response, still, zi=start[:, :, 0] * still[0])[0] < 0.2
     held = np.concatenate([torque[:1], torque[:-1]])  # at standstill friction is what the joint was seen to hold
-    bounded = [learner.names.index(name) for name in NOT_NEGATIVE]
     found = {}
     for name, state in states.items():
         estimates = learn(learner, state, seen, torque, slides, rows.period, memory)
-        taken = estimates.copy()
-        taken[:, bounded] = np.maximum(taken[:, bounded], 0.0)
-        fed = np.sum(columns * taken, axis=1)
-        found[name] = _Fed(np.where((still > 0.0) & ~slides, held, fed), estimates)
+        fed = np.sum(columns * estimates, axis=1)
+        found[name] = np.where((still > 0.0) & ~slides, held, fed), estimates
     return found
 
 
@@ -353,28 +329,17 @@ def _fixed(
 def _fixed_torque(found: LogIdentification, prepared: Prepared, rows: Rows) -> Array:
     """Return the torque of the fixed model along a segment."""
     everywhere = np.ones(rows.velocity.size, dtype=np.bool_)
-    open_rows = rows._replace(kept=np.arange(rows.velocity.size), slides=everywhere, narrow=_Open())  # type: ignore[arg-type]
+    open_rows = rows._replace(kept=np.arange(rows.velocity.size), slides=everywhere, narrow=lambda values: values)  # type: ignore[arg-type]
     data = Data(prepared._replace(rows=[open_rows]), Map(), not found.linear)
     names = tuple(name for name in found.best.model.names if name != "torque_delay")
     return np.asarray(data.columns(names, found.best.model.shape) @ [found.best.values[name] for name in names])
-
-
-class _Open:
-    """A filter that lets everything pass."""
-
-    def __call__(self, values: Array) -> Array:
-        return values
 
 
 def _recorded(prepared: Prepared) -> list[Array]:
     """Return the machine's own feedforward at the samples of each segment."""
     recorded = prepared.log.extra[FEEDFORWARD]
     finite = np.isfinite(recorded)
-    result = []
-    for rows in prepared.rows:
-        segment = np.interp(rows.time, prepared.log.time[finite], recorded[finite])
-        result.append(segment)
-    return result
+    return [np.interp(rows.time, prepared.log.time[finite], recorded[finite]) for rows in prepared.rows]
 
 
 def _check_arguments(numbers: dict[str, float | None], identify: str) -> None:
@@ -388,14 +353,14 @@ def _check_arguments(numbers: dict[str, float | None], identify: str) -> None:
         raise InputError(f"identify = {identify!r} is not allowed: it must be one of {', '.join(IDENTIFY)}")
 
 
-def _state_to_json(learner: Learner, state: RLSState) -> str:
-    estimate = learner.first + state.estimate * learner.deviation
-    covariance = state.covariance * np.outer(learner.deviation, learner.deviation)
+def _state_to_json(learner: Learner, state: Member) -> str:
+    estimate = state.mean[LOOP:] * learner.deviation
+    covariance = unpacked(state.covariance)[LOOP:, LOOP:] * np.outer(learner.deviation, learner.deviation)
     content = {"replay": list(learner.names), "estimate": estimate.tolist(), "covariance": covariance.tolist()}
     return json.dumps(content)
 
 
-def _state_from_json(learner: Learner, text: str) -> RLSState:
+def _state_from_json(learner: Learner, text: str) -> Member:
     """Return a saved state in the units of a learner.
 
     Raises
@@ -417,7 +382,8 @@ def _state_from_json(learner: Learner, text: str) -> RLSState:
     if not (np.all(np.isfinite(estimate)) and np.all(np.isfinite(covariance))):
         raise InputError("the saved state holds values that are no finite numbers")
     units = np.where(learner.deviation > 0.0, learner.deviation, 1.0)
-    return RLSState((estimate - learner.first) / units, covariance / np.outer(units, units), np.zeros(size))
+    whole = np.pad(covariance / np.outer(units, units), (LOOP, 0))
+    return Member(np.pad(estimate / units, (LOOP, 0)), packed(whole))
 
 
 def read_state(path: Path) -> str:
