@@ -89,6 +89,7 @@ class Replay(Reported):
         State at the end, for the next log.
     """
 
+    _drawn_by = "plot_replay"
     name: str
     linear: bool
     is_current: bool
