@@ -9,7 +9,7 @@ from adaptive_ff.friction.along import columns_along
 from adaptive_ff.friction.columns import COULOMB, INERTIA, PATHS, STICTION, VISCOUS, Curve, Hypothesis
 
 PERIOD, FINE = 0.01, 40
-CURVE = Curve(lag=0.02, stribeck_velocity=0.05, coulomb=60.0, stiction=90.0, hold=0.0)
+CURVE = Curve(lag=0.02, stribeck_velocity=0.05, coulomb=60.0, stiction=90.0, viscous=80.0, hold=0.0)
 HYPOTHESIS = Hypothesis(1.0, np.array([0.01]), False, np.ones(1), np.zeros(0), 0, 0.0, 1.0, False, 0, 1.0)
 
 
