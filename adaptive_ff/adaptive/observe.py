@@ -2,9 +2,9 @@
 
     d = 0.8 low-pass(u - fed - J de/dt),      gate from <(e0 - G d)^2> over <e0^2>
 
-Where a drive gives less torque than it is asked for and does not say so, what it keeps is lacking, too; observed in part,
-it stays below four times what else is asked for. ``e0`` is the error without the observer: the response of the loop tells
-it, and what the observer would make of it.
+Where a drive gives less torque than it is asked for and does not say so, what it keeps is lacking, too; observed in
+part, it stays below four times what else is asked for. ``e0`` is the error without the observer: the response of the
+loop tells it, and what the observer would make of it.
 """
 
 import math
