@@ -91,7 +91,7 @@ def learn_in_place(
     white = 0.01 / duration * torque * torque
     flow_in_place(state.quiet, rate, proportional, integral, tuning.quiet * white + unknown)
     flow_in_place(state.loud, rate, proportional, integral, tuning.loud * white + unknown)
-    state.loud.covariance[1, 1] += tuning.load_walk * state.unit * state.unit * duration
+    state.loud.covariance[2] += tuning.load_walk * state.unit * state.unit * duration
     if moving:
         return_in_place(state.quiet, parameters.prior, state.unit, math.exp(-duration / parameters.machine.memory))
         return_in_place(state.loud, parameters.prior, state.unit, math.exp(-duration / tuning.short_memory))
