@@ -72,9 +72,11 @@ def compare_command(
     from adaptive_ff.comparison.comparison import compare
     from adaptive_ff.comparison.own import check_own_names, named_own
     from adaptive_ff.comparison.registry import CONTROLLERS
+    from adaptive_ff.comparison.verdict import verdict
     from adaptive_ff.files import write_csv
     from adaptive_ff.report.comparison_pictures import PICTURES
     from adaptive_ff.report.tables import LEGEND, comparison_tables
+    from adaptive_ff.report.verdicts import comparison_lines
     from adaptive_ff.scenario.file import to_toml
     from adaptive_ff.scenario.scenario import load_scenario
 
@@ -96,14 +98,16 @@ def compare_command(
             raise InputError(f"{source}: the simulation fails: {error}") from error
         for name, run in comparison.runs.items():
             write_csv(results.stage / f"{name}.csv", run.columns())
-        shown = [*comparison_tables(comparison), LEGEND]
+        found = verdict(comparison)
+        shown = [*comparison_tables(comparison), LEGEND, *comparison_lines(found)]
         if comparison.bandwidths:
             best = ", ".join(f"{name} {hertz:.3g} Hz" for name, hertz in comparison.bandwidths.items())
             shown.append(f"Each controller in the loop that suits it, chosen on other seeds: {best}")
         warn(comparison.cautions())
         title, details = f"Controllers on {source}, seed {loaded.seed}", {"Scenario": to_toml(loaded)}
         results.write_series(comparison)
-        results.write("result.json", comparison.to_dict(), shown, comparison.plot(None), title=title, details=details)
+        result = {**comparison.to_dict(), "verdict": found.to_dict()}
+        results.write("result.json", result, shown, comparison.plot(None), title=title, details=details)
         results.shown.append(f"Plots, time series and result.json are in {output.out}")
         results.left_behind(PICTURES, [f"{name}.csv" for name in CONTROLLERS])
     return 0 if gate is None else gate.judge(comparison)

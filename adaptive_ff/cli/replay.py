@@ -72,6 +72,7 @@ def replay_command(
     from adaptive_ff.replay.learning import learn_in_place
     from adaptive_ff.replay.replay import FEEDFORWARD, read_state, replay_log
     from adaptive_ff.report.tables import left_table
+    from adaptive_ff.report.verdicts import replay_lines
 
     for name, instead in REPLACED.items():
         if getattr(former, name) is not None:
@@ -86,7 +87,7 @@ def replay_command(
     with output.results(save_state) as results:
         with bars(loop=learn_in_place):
             found = replay_log(given, ripple_periods=ripples, state=saved, is_current=is_current, **vars(learning))
-        shown = [left_table(found), columns_taken(taken), *found.notes]
+        shown = [left_table(found), *replay_lines(found.verdict), columns_taken(taken), *found.notes]
         for name, estimates in found.estimates.items():
             values = ", ".join(f"{key} {value:.4g} {found.units[key]}" for key, value in estimates.items())
             shown.append(f"Estimates at the end, {name}: {values}")

@@ -37,9 +37,11 @@ def matrix_command(
     from adaptive_ff.comparison.own import check_own_names, named_own
     from adaptive_ff.comparison.reference_lines import NOISE_FLOOR
     from adaptive_ff.comparison.registry import CONTROLLERS
-    from adaptive_ff.report.matrix_files import matrix_rows, matrix_tables, write_matrix
+    from adaptive_ff.report.matrix_files import by_loop, matrix_rows, matrix_tables, write_matrix
+    from adaptive_ff.report.verdicts import matrix_lines
     from adaptive_ff.scenario.library import scenario_names
     from adaptive_ff.studies.matrix import Job, run_matrix
+    from adaptive_ff.studies.ranking import collect, verdict
 
     mine = named_own(own or [])
     check_own_names(mine, CONTROLLERS)
@@ -54,7 +56,9 @@ def matrix_command(
     figures = write_matrix(found, output.out, output.drawn)
     with output.results() as results:
         title = f"{len(scenarios)} scenarios, seeds 1 to {seeds}"
-        results.write("", {"runs": matrix_rows(found)}, matrix_tables(found), figures, title=title)
+        said = verdict(collect(by_loop(found)[False]))
+        shown = [*matrix_tables(found), *matrix_lines(said)]
+        results.write("", {"runs": matrix_rows(found), "verdict": said}, shown, figures, title=title)
         results.shown.append(f"All tables, pictures and the runs behind them are in {output.out}")
 
 
@@ -129,7 +133,7 @@ def scenarios_command(
     if not text:
         for group, names in grouped(titles).items():
             typer.echo(f"{group}:\n{fill(', '.join(names), 78, initial_indent='  ', subsequent_indent='  ')}")
-        typer.echo("adaptive-ff scenarios TEXT says what those are that have the text in their name or line.")
+        typer.echo("adaptive-ff scenarios TEXT describes those with the text in name or description.")
         return
     found = {name: title for name, title in titles.items() if text.lower() in f"{name} {title}".lower()}
     if not found:

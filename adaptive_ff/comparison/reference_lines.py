@@ -8,6 +8,8 @@ what friction damps.
 
 from typing import Any
 
+import numpy as np
+
 from adaptive_ff.comparison.oracle import make_oracle
 from adaptive_ff.comparison.run import Run, simulate
 from adaptive_ff.scenario.scenario import Scenario
@@ -15,6 +17,9 @@ from adaptive_ff.simulation.experiment import Course, lay_course
 
 NOISE_FLOOR = "noise_floor"
 """Name of the line in tables."""
+
+FINE = 1e-12
+"""Resolution of the encoder of a sensor without noise, rad."""
 
 SPRING = ("link_share", "link_stiffness", "link_damping")
 
@@ -35,7 +40,7 @@ def frictionless(scenario: Scenario) -> Scenario:
     )
 
 
-def noise_floor(scenario: Scenario, course: Course | None = None) -> Run:
+def noise_floor(scenario: Scenario, course: Course | None = None, *, noisy: bool = True) -> Run:
     """Run the loop of a scenario on a joint without friction.
 
     Parameters
@@ -44,9 +49,13 @@ def noise_floor(scenario: Scenario, course: Course | None = None) -> Run:
         The scenario.
     course : Course, optional
         Course of the scenario, whose noise and reference are taken; by default the scenario's own.
+    noisy : bool, optional
+        Whether the sensor has its noise and its encoder steps.
     """
     plain = frictionless(scenario)
     laid = lay_course(plain)
     if course is not None:
         laid = laid._replace(noise=course.noise, reference=course.reference)
+    if not noisy:
+        laid = laid._replace(noise=np.zeros_like(laid.noise), resolution=min(laid.resolution, FINE))
     return simulate(plain, make_oracle(plain), name=NOISE_FLOOR, course=laid)

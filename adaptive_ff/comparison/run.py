@@ -212,6 +212,7 @@ def simulate(
     marks: list[tuple[int, dict[str, float]]] = []
     notes: dict[str, Any] = {}
     if noted and isinstance(controller, Controller) and hasattr(controller, "uncertainties"):
+        marks.append((0, controller.uncertainties))
         notes = {"note": lambda sample: marks.append((sample, controller.uncertainties)), "parts": MARKS}
     label = name or type(controller).__name__
     if thin is None:

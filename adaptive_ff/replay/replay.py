@@ -50,6 +50,10 @@ FEEDFORWARD = "feedforward"
 """Name in ``Log.extra`` of the machine's own."""
 
 
+WORTH = 1.05
+"""Torque left without a feedforward over that of the best from which it is worth it."""
+
+
 class Left(NamedTuple):
     """Torque left to the feedback, rms in the band, N m: whole log, its second half, and while the joint moves."""
 
@@ -90,6 +94,7 @@ class Replay(Reported):
     """
 
     _drawn_by = "plot_replay"
+
     name: str
     linear: bool
     is_current: bool
@@ -125,6 +130,24 @@ class Replay(Reported):
             for which, histories in self.series.estimates.items()
         }
 
+    @property
+    def verdict(self) -> dict[str, Any]:
+        """Which feedforward leaves the least torque in the second half of the log, and by how much; what was given."""
+        left = {name: one.second_half for name, one in self.left.items() if math.isfinite(one.second_half)}
+        best = min((name for name in left if name != NONE), key=lambda name: left[name], default=NONE)
+        over = {name: left[name] / left[best] for name in (NONE, RECORDED) if name in left and left[best] > 0.0}
+        known = ("inertia", "stribeck_velocity")
+        given = [name for name in known if self.settings[name] is not None]
+        learnt = [name for name in next(iter(self.series.estimates.values())) if name not in given]
+        return {
+            "best": best,
+            "over_none": over.get(NONE),
+            "over_recorded": over.get(RECORDED),
+            "worth": over.get(NONE, 1.0) > WORTH,
+            "given": given,
+            "identified": learnt,
+        }
+
     def state_to_json(self) -> str:
         """Return the state at the end, for the next log."""
         return self.state
@@ -146,6 +169,7 @@ class Replay(Reported):
             "samples": {"log": self.samples, "used": self.used},
             "skipped": [skip._asdict() for skip in self.skipped],
             "notes": self.notes,
+            "verdict": self.verdict,
         }
 
 

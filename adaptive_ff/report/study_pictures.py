@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 
 from adaptive_ff.comparison.fixed_models import FORMS, SOURCES
 from adaptive_ff.comparison.registry import CONTROLLERS
+from adaptive_ff.comparison.verdict import KNOW_THE_TRUTH
 from adaptive_ff.report.comparison_pictures import looks_of
 from adaptive_ff.report.style import (
     INK,
@@ -32,7 +33,7 @@ from adaptive_ff.studies.bandwidth_study import BandwidthStudy
 from adaptive_ff.studies.drawn_joints import CONTROLLERS as DRAWN
 from adaptive_ff.studies.drawn_joints import HUNTING
 from adaptive_ff.studies.motion import Excitation
-from adaptive_ff.studies.ranking import KNOWS_THE_TRUTH, OURS, Cells, grouped
+from adaptive_ff.studies.ranking import OURS, Cells, grouped
 from adaptive_ff.studies.sweep import Outcome
 
 LOADED: Look = {"color": INK, "linewidth": 0.9, "linestyle": (0, (4, 2)), "label": "after a step of the load"}
@@ -70,7 +71,7 @@ GROUPS = {
     "observers": ("disturbance_observer", "extended_state", "kalman_disturbance", "super_twisting"),
     "friction model and observer": ("lugre_observer", "friction_observer", "lee_tomizuka"),
     "with a fixed model": (
-        *(name for name in ("pi_inertia", *FIXED) if name not in KNOWS_THE_TRUTH),
+        *(name for name in ("pi_inertia", *FIXED) if name not in KNOW_THE_TRUTH),
         *("observed_nominal", "observed_batch"),
     ),
     "knows the truth": ("oracle", "oracle_tuned", "noise_floor"),
@@ -203,9 +204,9 @@ def _draw_distribution(axes: Axes, values: Sequence[float], look: Look) -> None:
 
 def column_groups(controllers: list[str]) -> dict[str, list[str]]:
     """Return the columns by group, own ones first; PI and the models that are true but for the lag are left out."""
-    found = {"own": [name for name in controllers if name not in CONTROLLERS and name not in KNOWS_THE_TRUTH]}
+    found = {"own": [name for name in controllers if name not in CONTROLLERS and name not in KNOW_THE_TRUTH]}
     found |= {group: [name for name in names if name in controllers] for group, names in GROUPS.items()}
-    placed = {name for names in found.values() for name in names} | KNOWS_THE_TRUTH | {"pi"}
+    placed = {name for names in found.values() for name in names} | KNOW_THE_TRUTH | {"pi"}
     truth = found.pop("knows the truth")
     found["others"] = [name for name in controllers if name not in placed]
     found["knows the truth"] = truth
@@ -239,7 +240,7 @@ def plot_matrix(cells: Cells, controllers: list[str], title: str, source: str) -
         axes = figure.add_subplot()
         levels = np.clip(np.log2(gains), WEAKEST, STRONGEST)
         image = axes.imshow(levels, cmap=COLOURS, norm=TwoSlopeNorm(0.0, WEAKEST, STRONGEST), aspect="auto")
-        places = [place for place, name in enumerate(ordered) if name not in KNOWS_THE_TRUTH]
+        places = [place for place, name in enumerate(ordered) if name not in KNOW_THE_TRUTH]
         for i, row in enumerate(gains):
             best = places[int(np.argmax(np.nan_to_num(row[places])))] if places else -1
             for j, gain in enumerate(row):

@@ -24,6 +24,9 @@ DEVIATIONS = 2.0
 GAP = "  "
 """Between columns."""
 
+MOST_LINES = 6
+"""Lines that a heading may take."""
+
 BOLD = ' style="font-weight: bold"'
 
 Cell = str | float | tuple[float, float] | None
@@ -95,21 +98,24 @@ class Table:
         """Yield the lines of the table for a terminal; headings take several lines where there is no room."""
         listed = [row for row in self.rows if len(row) == len(self.heads)]
         words = [[*head.split(), unit, *(row[i] for row in listed)] for i, (head, unit) in enumerate(self._both())]
-        least = [max(map(len, column)) for column in words]
-        whole = [max(width, len(head)) for width, head in zip(least, self.heads, strict=True)]
-        widths = whole if sum(whole) + len(GAP) * len(whole) <= options.max_width else least
-        heads = [[*wrap(head, max(width, 1)), unit] for (head, unit), width in zip(self._both(), widths, strict=True)]
+        least = [max(1, *map(len, column)) for column in words]
+        widths = least
+        for lines in range(1, MOST_LINES):
+            widths = [_width(head, width, lines) for head, width in zip(self.heads, least, strict=True)]
+            if sum(widths) + len(GAP) * (len(widths) - 1) <= options.max_width:
+                break
+        heads = [[*wrap(head, width), unit] for (head, unit), width in zip(self._both(), widths, strict=True)]
         if not any(self.units):
             heads = [lines[:-1] for lines in heads]
         height = max(map(len, heads))
         upper = [[""] * (height - len(lines)) + lines for lines in heads]
-        lines = [(self.title, "bold")] if self.title else []
-        lines += [(self._line([column[place] for column in upper], widths), "bold") for place in range(height)]
-        lines.append(("─" * (sum(widths) + len(GAP) * (len(widths) - 1)), ""))
+        written = [(self.title, "bold")] if self.title else []
+        written += [(self._line([column[place] for column in upper], widths), "bold") for place in range(height)]
+        written.append(("─" * (sum(widths) + len(GAP) * (len(widths) - 1)), ""))
         for row in self.rows:
             style = "bold" if len(row) < len(self.heads) else self.styles.get(row[0].strip(), "")
-            lines.append((row[0] if len(row) < len(self.heads) else self._line(row, widths), style))
-        for line, style in [*lines, ("", "")]:
+            written.append((row[0] if len(row) < len(self.heads) else self._line(row, widths), style))
+        for line, style in [*written, ("", "")]:
             yield Text(line, style=style, no_wrap=True, overflow="ignore")
 
     def _both(self) -> list[tuple[str, str]]:
@@ -186,6 +192,11 @@ def table(
     units = tuple(scales[unit][1] for unit, _ in specs)
     numbers = tuple(spec is not None for spec in columns.values())
     return Table(title, tuple(columns), units, numbers, written, styles or {})
+
+
+def _width(head: str, least: int, lines: int) -> int:
+    """Return the least width of a column, at least one given, in which its heading takes no more than some lines."""
+    return next(width for width in range(least, least + len(head) + 1) if len(wrap(head, width)) <= lines)
 
 
 def _written(cell: Any, factor: float, digits: int) -> str:

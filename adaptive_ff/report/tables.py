@@ -19,14 +19,23 @@ from adaptive_ff.studies.bandwidth_study import BandwidthStudy
 from adaptive_ff.studies.drawn_joints import CLASSES, HUNTING
 from adaptive_ff.studies.matrix import Results
 from adaptive_ff.studies.motion import Excitation
-from adaptive_ff.studies.ranking import OURS, TUNED_TRUTH, Cells, best_rival, grouped, outcome, standstill_rows
+from adaptive_ff.studies.ranking import (
+    OURS,
+    TUNED_TRUTH,
+    Cells,
+    best_rival,
+    grouped,
+    mean_gain,
+    outcome,
+    standstill_rows,
+)
 
 IMPROVEMENT = "over pi"
 """Heading of the error of PI over that of the controller."""
 
 LEGEND = (
-    f"settled: the last half of the run, or of the time after the last change; {IMPROVEMENT}: settled error of pi over "
-    "that of the controller, above 1 is better than pi; sum |du|: how much the command moves in all"
+    f"{IMPROVEMENT}: settled error of pi over the controller's, above 1 is better; settled: the last half since the "
+    "last change; sum |du|: movement of the command"
 )
 """What the columns of the tables of errors mean."""
 
@@ -181,10 +190,8 @@ def groups_table(cells: Cells, title: str) -> Table:
     names = [name for name in dict.fromkeys(key for row in cells.values() for key in row) if name != BASELINE]
     rows: list[list[Cell]] = []
     for group, members in grouped(cells).items():
-        means: list[Cell] = []
-        for name in names:
-            gains = [float(np.median(cells[one][name].gain)) for one in members if name in cells[one]]
-            means.append(math.exp(float(np.mean(np.log(gains)))) if len(gains) == len(members) else "failed")
+        part = {one: cells[one] for one in members}
+        means: list[Cell] = [gain if math.isfinite(gain := mean_gain(part, name)) else "failed" for name in names]
         ours = {one: float(np.median(cells[one][OURS].gain)) for one in members if OURS in cells[one]}
         worst = min(ours, key=lambda one: ours[one]) if ours else ""
         rows.append([group, len(members), *means, f"{worst} {ours[worst]:.3g}" if ours else ""])
@@ -282,7 +289,7 @@ def best_table(study: BandwidthStudy) -> Table:
         for error, base in zip(study.own_errors[name], study.own_errors[BASELINE], strict=True):
             cells += [error, base / error if error > 0.0 else None]
         rows.append([*cells, *([study.common_errors[name].settled] if given else [])])
-    title = "Errors (rms) on other seeds, each at its own best bandwidth; loaded: after a step of the load"
+    title = "Errors (rms), each at its best bandwidth; loaded: after a step of the load"
     return table(title, rows, columns, styles=highlights(study.own))
 
 

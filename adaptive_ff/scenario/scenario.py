@@ -41,7 +41,7 @@ from plant import (
 )
 from plant.fields import Positive, Table
 
-MAIN_JOB = ["pi", "pi_inertia", "fixed", "oracle", "adaptive_paper", "adaptive"]
+MAIN_JOB = ["pi", "fixed", "oracle", "adaptive_paper", "adaptive"]
 """The controllers of the main job."""
 
 LOST_BETWEEN_SAMPLES = 0.2

@@ -21,6 +21,7 @@ from adaptive_ff.comparison.own_bandwidth import (
     with_bandwidth,
 )
 from adaptive_ff.comparison.registry import CONTROLLERS
+from adaptive_ff.comparison.verdict import KNOW_THE_TRUTH, WORTH
 from adaptive_ff.errors import InputError
 from adaptive_ff.reported import Reported
 from adaptive_ff.scenario.axis_units import axis_unit
@@ -82,6 +83,28 @@ class BandwidthStudy(Reported):
         best = ", ".join(f"{name} {one.best:.3g}" for name, one in self.own.items())
         return f"BandwidthStudy(best bandwidth, Hz: {best})"
 
+    @property
+    def verdict(self) -> dict[str, Any]:
+        """Best in the lesser of its gains over PI, settled and loaded, each at its best bandwidth; and its limit."""
+        pi = self.own_errors[BASELINE]
+        gains = {
+            name: Errors(*(base / error if error > 0.0 else math.inf for base, error in zip(pi, pair, strict=True)))
+            for name, pair in self.own_errors.items()
+            if name not in KNOW_THE_TRUTH
+        }
+        best = max(gains, key=lambda name: min(gains[name]))
+        one, error = self.own[best], self.own_errors[best].settled
+        noise = self.loops[one.bandwidths.index(one.best)].noise_velocity
+        limit = "bandwidth" if one.best == one.bandwidths[-1] else "friction"
+        return {
+            "best": best,
+            "bandwidth": one.best,
+            "over_pi": _plain(gains[best].settled),
+            "over_pi_loaded": _plain(gains[best].loaded),
+            "worth": min(gains[best]) > WORTH,
+            "limit": "noise" if 2.0 * noise**2 > error**2 else limit,
+        }
+
     def to_dict(self) -> dict[str, Any]:
         """Return the study as ``adaptive-ff tune --json`` writes it."""
         return {
@@ -100,6 +123,7 @@ class BandwidthStudy(Reported):
                 }
                 for name, one in self.own.items()
             },
+            "verdict": self.verdict,
         }
 
     def columns(self) -> dict[str, NDArray[np.float64]]:

@@ -2,12 +2,13 @@
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from adaptive_ff.comparison.comparison import BASELINE
-from adaptive_ff.comparison.reference_lines import NOISE_FLOOR
+from adaptive_ff.comparison.verdict import KNOW_THE_TRUTH
 from adaptive_ff.studies.matrix import Results
 
 GROUPS: dict[str, tuple[str, ...]] = {
@@ -55,12 +56,7 @@ def grouped(names: Iterable[str]) -> dict[str, list[str]]:
 
 
 OURS = "adaptive"
-TRUTH = "oracle"
-
 TUNED_TRUTH = "oracle_tuned"
-
-KNOWS_THE_TRUTH = frozenset({NOISE_FLOOR, TRUTH, TUNED_TRUTH, "coulomb_true", "stribeck_true"})
-"""Controllers that know what nobody knows; they are no rivals."""
 
 ALIKE = 1.02
 """A median ratio nearer to one than this factor counts as equal."""
@@ -109,7 +105,7 @@ def collect(results: Results, figure: str = "rms_error_settled") -> Cells:
 
 def best_rival(row: dict[str, Cell]) -> str:
     """Return the rival that improves most on PI in the median of a scenario; PI where there is no other."""
-    rivals = {name: cell for name, cell in row.items() if name != OURS and name not in KNOWS_THE_TRUTH}
+    rivals = {name: cell for name, cell in row.items() if name != OURS and name not in KNOW_THE_TRUTH}
     return max(rivals, key=lambda name: float(np.median(rivals[name].gain)))
 
 
@@ -119,6 +115,29 @@ def outcome(row: dict[str, Cell]) -> tuple[str, float]:
         return "lost", 0.0
     ratio = float(np.median(row[best_rival(row)].error / row[OURS].error))  # seed by seed
     return "won" if ratio > ALIKE else "lost" if ratio < 1.0 / ALIKE else "equal", ratio
+
+
+def mean_gain(cells: Cells, name: str) -> float:
+    """Return the geometric mean over scenarios of the improvement over PI; not a number where it failed on one."""
+    gains = [float(np.median(row[name].gain)) if name in row else np.nan for row in cells.values()]
+    return float(np.exp(np.mean(np.log(gains))))
+
+
+def verdict(cells: Cells) -> dict[str, Any]:
+    """Return which controller is best in the geometric mean over the scenarios, by how much, and where it is not."""
+    names = dict.fromkeys(name for row in cells.values() for name in row if name not in KNOW_THE_TRUTH)
+    means = {name: mean_gain(cells, name) for name in names}
+    best = max(means, key=lambda name: np.nan_to_num(means[name]))
+    gains = {scenario: float(np.median(row[best].gain)) for scenario, row in cells.items() if best in row}
+    worst = min(gains, key=lambda scenario: gains[scenario])
+    return {
+        "best": best,
+        "over_pi": means[best],
+        "scenarios": len(cells),
+        "worst": worst,
+        "worst_over_pi": gains[worst],
+        "below_pi": [scenario for scenario, gain in gains.items() if gain < 1.0 / ALIKE],
+    }
 
 
 def standstill_rows(results: Results) -> dict[str, dict[str, float]]:

@@ -35,14 +35,14 @@ class Outcome(NamedTuple):
         return [line for line in self.err.splitlines() if not line.startswith(WARNING)]
 
 
-def run_command_line(*arguments):
+def run_command_line(*arguments, columns=1000):
     """Run ``adaptive-ff`` with arguments, warnings shown as for a user."""
     out, err = io.StringIO(), io.StringIO()
     argv = ["adaptive-ff", *(str(argument) for argument in arguments)]
     plain = {name: value for name, value in os.environ.items() if name not in ("FORCE_COLOR", "TTY_COMPATIBLE")}
     with (
         warnings.catch_warnings(action="default"),
-        patch.dict(os.environ, {**plain, "COLUMNS": "1000"}, clear=True),
+        patch.dict(os.environ, {**plain, "COLUMNS": str(columns)}, clear=True),
         patch.object(sys, "argv", argv),
         redirect_stdout(out),
         redirect_stderr(err),

@@ -45,8 +45,9 @@ def test_comparison_writes_the_documented_files_and_nothing_else(tmp_path):
     assert set(content_of(copy.parent)) == {"copy.json"}
     assert copy.read_bytes() == (out / "result.json").read_bytes()
     result = json.loads(copy.read_text(encoding="utf-8"))
-    assert set(result) == {"version", "scenario", "controllers", "improvement"}
+    assert set(result) == {"version", "scenario", "controllers", "improvement", "verdict"}
     assert result.pop("version") == version("adaptive-ff")
+    assert result.pop("verdict")["best"] in ("pi", "adaptive")
     assert set(result["controllers"]["pi"]) == METRICS
     assert set(result["controllers"]["adaptive"]) == {*METRICS, "estimates"}
     assert set(result["controllers"]["adaptive"]["estimates"]) == ESTIMATED
@@ -112,7 +113,7 @@ def test_without_a_file_it_runs_the_built_in_scenario_into_the_folder_results(tm
     assert outcome.status == 0
     result = json.loads((tmp_path / "results" / "result.json").read_text(encoding="utf-8"))
     assert result["scenario"]["joint"]["inertia"] == 20.0
-    assert set(result["controllers"]) == {"pi", "pi_inertia", "fixed", "oracle", "adaptive_paper", "adaptive"}
+    assert set(result["controllers"]) == {"pi", "fixed", "oracle", "adaptive_paper", "adaptive"}
 
 
 def test_recorded_reference_takes_the_place_of_that_of_the_file(tmp_path, monkeypatch, without_pictures):

@@ -260,7 +260,7 @@ def test_friction_curves_are_those_of_the_truth_the_estimates_and_the_fixed_mode
 def test_torque_and_feedforward_of_the_controllers_that_feed_forward(comparison, figures):
     figure = figures["torque"]
     names = [axes.get_ylabel().removeprefix("torque (N m) with ") for axes in figure.axes]
-    assert names == ["pi_inertia", "fixed", "oracle", "adaptive_paper", "adaptive"]
+    assert names == ["fixed", "oracle", "adaptive_paper", "adaptive"]
     for name, axes in zip(names, figure.axes, strict=True):
         run, drawn = comparison.runs[name], lines(axes)
         part = np.searchsorted(run.time, drawn["torque"].get_xdata())

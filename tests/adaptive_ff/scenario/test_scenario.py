@@ -10,7 +10,7 @@ from scenario_files import REMOVED, built_in, changed, write_scenario
 from adaptive_ff import InputError, Scenario, TorqueModel, load_scenario
 from adaptive_ff.scenario.reference import Multisine
 
-MAIN_JOB = ["pi", "pi_inertia", "fixed", "oracle", "adaptive_paper", "adaptive"]
+MAIN_JOB = ["pi", "fixed", "oracle", "adaptive_paper", "adaptive"]
 
 DESIGNED = {
     "duration": 60.0,

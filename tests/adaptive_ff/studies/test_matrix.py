@@ -27,7 +27,7 @@ from adaptive_ff.studies.matrix import (
 )
 from adaptive_ff.studies.ranking import (
     GROUPS,
-    KNOWS_THE_TRUTH,
+    KNOW_THE_TRUTH,
     best_rival,
     collect,
     grouped,
@@ -255,7 +255,7 @@ def test_ranking_names_the_best_of_the_others_and_shows_a_loss_as_a_loss():
     assert row == ("  made_up", *shown)
     won = collect(made_up(pi=(8, 8), oracle=(1, 1), adaptive=(1, 1), good=(2, 2)))
     assert outcome(won["made_up"]) == ("won", 2.0)
-    assert "oracle" in KNOWS_THE_TRUTH
+    assert "oracle" in KNOW_THE_TRUTH
 
 
 def test_groups_have_geometric_means_and_name_the_worst():

@@ -1,0 +1,72 @@
+"""Verdicts in words: what is best, by how much, whether it is worth it, what limits it, what to do next."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from adaptive_ff.comparison.verdict import Verdict
+from adaptive_ff.report.tables import FEEDFORWARDS
+
+LIMITS = {
+    "saturation": ("torque limit of the drive", "a larger one, or a slower reference"),
+    "noise": ("noise", "a finer sensor, or a slower loop (adaptive-ff tune)"),
+    "delay": ("delay", "a shorter one, and a reference that is known ahead"),
+    "bandwidth": ("bandwidth of the loop", "a faster loop (adaptive-ff tune), or faster sampling"),
+    "friction": ("friction", "a longer run, or a motion that shows more (adaptive-ff excite)"),
+}
+"""What most of the error that is left is due to, and what to do next, by code."""
+
+
+def comparison_lines(found: Verdict) -> list[str]:
+    """Return the verdict of a comparison, a sentence each."""
+    first = f"Verdict: {found.best}"
+    if found.over_pi is not None and found.best != "pi":
+        first += f", {found.over_pi:.3g} times better than pi"
+        if found.torque_variation is not None:
+            first += f" at {found.torque_variation:.2g} times its torque variation"
+    kept = "nothing that ran is worth it on this joint, keep pi"
+    lines = [f"{first}." if found.worth else f"{first}: {kept}."]
+    lines += [] if found.limit is None else [_limit(found.limit)]
+    return [*lines, _parameters(found.given, found.identified)]
+
+
+def bandwidth_lines(found: Mapping[str, Any]) -> list[str]:
+    """Return the verdict of a study of bandwidths."""
+    gain = "" if found["over_pi"] is None else f", {found['over_pi']:.3g} times better than pi at its best"
+    gain += "" if found["over_pi_loaded"] is None else f" and {found['over_pi_loaded']:.3g} times after a load"
+    worth = "" if found["worth"] else ": nothing that ran is worth it on this joint, keep pi"
+    return [f"Verdict: {found['best']} at {found['bandwidth']:.3g} Hz{gain}{worth}.", _limit(found["limit"])]
+
+
+def matrix_lines(found: Mapping[str, Any]) -> list[str]:
+    """Return the verdict of the matrix."""
+    below = f"below pi on {', '.join(found['below_pi'])}" if found["below_pi"] else "nowhere below pi"
+    return [
+        f"Verdict: {found['best']}, {found['over_pi']:.3g} times better than pi in the geometric mean of "
+        f"{found['scenarios']} scenarios, {found['worst_over_pi']:.3g} times on {found['worst']}; {below}. "
+        f"Next: adaptive-ff compare {found['worst']}."
+    ]
+
+
+def replay_lines(found: Mapping[str, Any]) -> list[str]:
+    """Return the verdict of a replay."""
+    first = f"Verdict: {FEEDFORWARDS[found['best']]}"
+    if not found["worth"]:
+        return [f"{first}: no feedforward is worth it here. Next: what is known of the load (--known-torque)."]
+    first += f", {found['over_none']:.3g} times less torque left than without"
+    if found["over_recorded"] is not None and found["best"] != "recorded":
+        first += f", {found['over_recorded']:.3g} times less than with the machine's own"
+    step = "adaptive-ff identify, then export the controller with its scenario.toml"
+    return [f"{first} (second half). Next: {step}.", _parameters(found["given"], found["identified"])]
+
+
+def _limit(code: str) -> str:
+    what, step = LIMITS[code]
+    return f"Limit: {what}. Next: {step}."
+
+
+def _parameters(given: Sequence[str], identified: Sequence[str]) -> str:
+    """Return which parameters are given, or stay as assumed, and whether the others are identified."""
+    if not identified:
+        return f"Identified parameters: none; given: {', '.join(given)}."
+    but = f" but {', '.join(given)}" if given else ""
+    return f"Identified parameters: all{but}."

@@ -1,0 +1,66 @@
+"""What every command prints by default fits a terminal of 80 columns and 30 lines, paths apart."""
+
+import pytest
+from command_line import run_command_line
+from scenario_files import short, write_scenario
+from synthetic_logs import make_log
+
+from adaptive_ff.files import write_csv
+from adaptive_ff.report.matrix_files import matrix_tables
+from adaptive_ff.report.tables import gains_table, ranking_table
+from adaptive_ff.scenario.library import scenario_names
+from adaptive_ff.studies.matrix import Job
+from adaptive_ff.studies.ranking import collect
+
+WIDTH, HEIGHT = 80, 30
+
+pytestmark = pytest.mark.usefixtures("compiled")
+
+
+@pytest.fixture(scope="module")
+def log(tmp_path_factory):
+    path, made = tmp_path_factory.mktemp("sizes") / "log.csv", make_log(duration=20.0, noise=0.1)
+    write_csv(path, {"time": made.time, "position": made.position, "torque": made.torque})
+    return path
+
+
+def check(text):
+    lines = text.splitlines()
+    assert len(lines) <= HEIGHT, text
+    assert [line for line in lines if len(line) > WIDTH and " " in line.strip()] == []
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        ["compare"],
+        ["scenarios"],
+        ["scenarios", "lugre"],
+        ["sweep", "--runs", "2", "--controller", "fixed"],
+        ["identify", "LOG"],
+        ["replay", "LOG"],
+        ["score", "LOG", "LOG"],
+        ["tune", "SCENARIO", "--seeds", "1", "--tuning-seeds", "1"],
+        ["matrix", "--only", "paper_100hz", "--seeds", "1"],
+    ],
+    ids=" ".join,
+)
+def test_output_fits_a_terminal(command, log, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    places = {"LOG": log, "SCENARIO": write_scenario(tmp_path, {**short(), "duration": 2.0})}
+    outcome = run_command_line(*(places.get(word, word) for word in command), columns=WIDTH)
+    assert outcome.status == 0, outcome.err
+    check(outcome.out)
+
+
+def test_matrix_of_all_scenarios_fits_a_terminal():
+    names = ("pi", "oracle", "lagged_batch", "adaptive")
+    found = {Job(name, 1, False): {one: {"rms_error_settled": 1e-3} for one in names} for name in scenario_names()}
+    (table,) = matrix_tables(found)
+    assert len(table.rows) <= HEIGHT - 10
+    assert sum(max(map(len, column)) + 2 for column in zip(*table.rows, strict=True)) <= WIDTH
+    assert not any(
+        "own" in head or " it" in f" {head} "
+        for make in (gains_table, ranking_table)
+        for head in make(collect(found), "").heads
+    )
