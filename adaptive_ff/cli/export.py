@@ -23,7 +23,9 @@ def export_command(
         str | None, typer.Option(help="Begins all names in C; the controller's name if not given.")
     ] = None,
     single: Annotated[bool, typer.Option("--float", help="Compute in single precision.")] = False,
-    fmu: Annotated[bool, typer.Option("--fmu", help="Also write an FMU 2.0 for co-simulation.")] = False,
+    fmu: Annotated[
+        str | None, typer.Option(metavar="2.0|3.0", help="Also write an FMU for co-simulation, of this version of FMI.")
+    ] = None,
 ) -> None:
     """Write a controller as C99 source, with a self-test, an example and a CMake file."""
     from adaptive_ff.comparison.registry import make_for_machine
@@ -41,7 +43,9 @@ def export_command(
             made.state_from_json(json.dumps(content))
         except ValueError as error:
             raise InputError(f"{state}: {error}") from error
-    files = export_controller(made, out, prefix=name if prefix is None else prefix, single=single, with_fmu=fmu)
+    files = export_controller(
+        made, out, prefix=name if prefix is None else prefix, single=single, with_fmu=fmu or False
+    )
     Printer().say(f"{', '.join(file.name for file in files)} are in {out}")
 
 

@@ -5,7 +5,7 @@ import math
 from adaptive_ff.adaptive.arguments import LARGEST_REGRESSOR
 from adaptive_ff.export.export import Export
 from adaptive_ff.export.sample import optional_inputs, unchecked_inputs
-from adaptive_ff.export.tables import arrays_of, has_arrays, has_own_start
+from adaptive_ff.export.tables import arrays_of, has_own_start
 from controllers.kernels.comments import joined
 from controllers.kernels.names import c_name
 from controllers.kernels.types import Record, passed_by_pointer
@@ -31,9 +31,10 @@ def estimates(export: Export) -> str:
     names, prefix, upper = export.controller.estimate_names, export.prefix, export.upper
     if export.write_estimates is None:
         return ""
-    body = [f"{prefix}_Controller own = *controller;"]
-    body += ["bind(&own);"] if has_arrays(export) else []
-    body += [f"{export.write_estimates.name}({', '.join(_passed(export, 'own.'))}, estimates);"]
+    body = [f"{export.unit.c_type(export.state)} own = controller->state;"]
+    arrays = f"({prefix}_StateArrays *)&controller->state_arrays"  # which are read only
+    body += [f"bind(&own, {arrays});"] if arrays_of(export.state_leaves) else []
+    body += [f"{export.write_estimates.name}({', '.join(_passed(export, 'own'))}, estimates);"]
     listed = [
         f"static const char *const names[{upper}_ESTIMATES] = {{",
         *(f'    "{name}",' for name in names),
@@ -53,43 +54,39 @@ def _function(head: str, lines: list[str]) -> str:
     return f"{head}\n{{\n    " + "\n    ".join(lines) + "\n}\n"
 
 
-def _passed(export: Export, owner: str) -> list[str]:
+def _passed(export: Export, state: str) -> list[str]:
     """Return parameters and state of a controller as arguments of a kernel."""
-    kinds = {"parameters": export.parameters, "state": export.state}
-    return [f"{'&' if passed_by_pointer(kind) else ''}{owner}{part}" for part, kind in kinds.items()]
+    given = {"PARAMETERS": export.parameters, state: export.state}
+    return [f"{'&' if passed_by_pointer(kind) else ''}{name}" for name, kind in given.items()]
+
+
+BIND = "bind(&controller->state, &controller->state_arrays);"
 
 
 def _bind(export: Export) -> str:
-    places = {"parameter": ("parameters", export.parameter_leaves), "state": ("state", export.state_leaves)}
-    lines = [
-        f"controller->{owner}.{leaf.member} = controller->{name}_arrays.{leaf.storage};"
-        for name, (owner, found) in places.items()
-        for leaf in arrays_of(found)
-    ]
+    lines = [f"state->{leaf.member} = arrays->{leaf.storage};" for leaf in arrays_of(export.state_leaves)]
     if not lines:
         return ""
-    comment = (
-        "/* Let the arrays of parameters and state be those of this controller, which may be a copy of another. */\n"
-    )
-    return comment + _function(f"static void bind({export.prefix}_Controller *controller)", lines)
+    comment = "/* Let the arrays of a state be those of its controller, which may be a copy of another. */\n"
+    head = f"static void bind({export.unit.c_type(export.state)} *state, {export.prefix}_StateArrays *arrays)"
+    return comment + _function(head, lines)
 
 
 def _starting(export: Export) -> str:
-    prefix, arrays = export.prefix, bool(arrays_of(export.state_leaves))
-    start = "START" if has_own_start(export) else "NEW"
-    init = ["controller->parameters = PARAMETERS;"]
-    init += ["controller->parameter_arrays = PARAMETER_ARRAYS;"] if arrays_of(export.parameter_leaves) else []
-    init += [f"controller->state = {start}_STATE;"]
-    init += [f"controller->state_arrays = {start}_STATE_ARRAYS;"] if arrays else []
-    reset = ["controller->state = NEW_STATE;"]
-    reset += ["controller->state_arrays = NEW_STATE_ARRAYS;"] if arrays else []
-    ending = ["bind(controller);"] if has_arrays(export) else []
+    prefix = export.prefix
     return joined(
         [
-            _function(f"void {prefix}_init({prefix}_Controller *controller)", [*init, *ending]),
-            _function(f"void {prefix}_reset({prefix}_Controller *controller)", [*reset, *ending]),
+            _function(f"void {prefix}_{name}({prefix}_Controller *controller)", _beginning(export, state))
+            for name, state in (("init", "START" if has_own_start(export) else "NEW"), ("reset", "NEW"))
         ]
     )
+
+
+def _beginning(export: Export, state: str) -> list[str]:
+    lines = [f"controller->state = {state}_STATE;"]
+    if arrays_of(export.state_leaves):
+        lines += [f"controller->state_arrays = {state}_STATE_ARRAYS;", BIND]
+    return lines
 
 
 def _restart(export: Export) -> str:
@@ -120,8 +117,8 @@ def _step(export: Export) -> str:
     tests.append(f"inputs->dt <= {export.precision.literal(0.0)}")
     given = "inputs" if passed_by_pointer(export.inputs) else "*inputs"
     lines = [f"if ({' || '.join(tests)}) {{", f"    return {export.upper}_BAD_INPUT;", "}"]
-    lines += ["bind(controller);"] if has_arrays(export) else []
-    call = f"{export.step.name}({', '.join([*_passed(export, 'controller->'), given])})"
+    lines += [BIND] if arrays_of(export.state_leaves) else []
+    call = f"{export.step.name}({', '.join([*_passed(export, 'controller->state'), given])})"
     lines += [
         f"const {export.unit.c_type(result)} result = {call};",
         f"controller->state = result.{state};",

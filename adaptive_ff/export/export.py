@@ -72,9 +72,10 @@ class Export:
         self.state = as_record(controller.state, "state")
         self.inputs = as_record(Inputs(*[0.0] * len(Inputs._fields)), "inputs")
         self.output = as_record(Output(*[0.0] * len(Output._fields)), "output")
-        for kind in (self.parameters, self.state, self.inputs, self.output):
+        for kind in (self.state, self.inputs, self.output):
             self.unit.struct(kind)
         self.public_structs = list(self.unit.structs.values())
+        self.unit.struct(self.parameters)
         kernel = STEPS[type(controller.parameters)]
         self.write_estimates: Function | None = None
         with exporting():

@@ -1,4 +1,4 @@
-"""An FMU 2.0 for co-simulation: the exported source, what importing tools need to know of it, and a binary."""
+"""An FMU 2.0 or 3.0 for co-simulation: the exported source, what importing tools need to know of it, and a binary."""
 
 import hashlib
 import io
@@ -6,15 +6,15 @@ import platform
 import tempfile
 import zipfile
 from dataclasses import dataclass
-from importlib.metadata import version
+from importlib.metadata import version as package_version
 from pathlib import Path
-from xml.sax.saxutils import quoteattr
 
 from adaptive_ff.export.errors import compile_export
 from adaptive_ff.export.export import Export
 from adaptive_ff.export.fmu_source import fmu_source, regressor_count
 from adaptive_ff.export.header import header
 from adaptive_ff.export.leaves import value_at
+from adaptive_ff.export.rendering import rendered
 from adaptive_ff.export.sample import optional_inputs
 from adaptive_ff.export.source import source
 from adaptive_ff.export.units import estimate_unit, field_units
@@ -22,8 +22,16 @@ from controllers import Inputs, Output
 from controllers.kernels.comments import plain, section
 from controllers.kernels.compiler import compiler
 
-PLATFORMS = {("Linux", "x86_64"): ("linux64", ".so"), ("Darwin", "x86_64"): ("darwin64", ".dylib")}
-"""Folder and ending of binaries that FMI 2.0 names, by system and processor."""
+PLATFORMS = {
+    ("Linux", "x86_64"): {"2.0": "linux64", "3.0": "x86_64-linux"},
+    ("Linux", "aarch64"): {"3.0": "aarch64-linux"},
+    ("Darwin", "x86_64"): {"2.0": "darwin64", "3.0": "x86_64-darwin"},
+    ("Darwin", "arm64"): {"3.0": "aarch64-darwin"},
+}
+"""Folder of binaries in each version of FMI, by system and processor."""
+
+VERSIONS = ("2.0", "3.0")
+"""Versions of FMI."""
 
 UNITS = {
     "rad": {"rad": 1},
@@ -48,19 +56,9 @@ class Variable:
     unit: str = ""
     start: str = ""
 
-    def xml(self) -> str:
-        """Return its element."""
-        attributes = f"name={quoteattr(self.name)} valueReference={quoteattr(str(self.reference))}"
-        attributes += f" description={quoteattr(self.description)} causality={quoteattr(self.causality)}"
-        attributes += ' variability="discrete"' + (' initial="calculated"' if self.causality == "output" else "")
-        inner = (f" unit={quoteattr(self.unit)}" if self.unit in UNITS else "") + (
-            f" start={quoteattr(self.start)}" if self.start else ""
-        )
-        return f"    <ScalarVariable {attributes}>\n      <{self.kind}{inner}/>\n    </ScalarVariable>"
-
 
 def fmu_variables(export: Export) -> list[Variable]:
-    """Return the variables in their order; value references count those of each kind from zero."""
+    """Return the variables in their order; value references count them from zero."""
     units, described = field_units(Inputs), section(Inputs, "Attributes")
     for name in optional_inputs():  # else one who connects it alone would not learn that it is not used
         described[name] = f"Used only while {name}_known is true. {described[name]}"
@@ -82,65 +80,33 @@ def fmu_variables(export: Export) -> list[Variable]:
         state = value_at(export.controller.state, switch.leaves[0].path)
         flags.append((switch.name, switch.doc, "true" if state else "false"))
     found = [
-        Variable(name, "Real", place, causality, plain(text), unit, start)
+        Variable(name, "Real", place, causality, plain(text), unit if unit in UNITS else "", start)
         for place, (name, causality, text, unit, start) in enumerate(reals)
     ]
     found += [
         Variable(name, "Boolean", place, "input", plain(text), "", start)
-        for place, (name, text, start) in enumerate(flags)
+        for place, (name, text, start) in enumerate(flags, start=len(reals))
     ]
     return found
 
 
-def model_description(export: Export, guid: str) -> str:
+def model_description(export: Export, version: str, token: str) -> str:
     """Return the model description."""
     variables = fmu_variables(export)
-    prefix, period = export.prefix, export.controller.period
-    units = [
-        f"    <Unit name={quoteattr(unit)}><BaseUnit "
-        + " ".join(f'{base}="{exponent}"' for base, exponent in bases.items())
-        + "/></Unit>"
-        for unit, bases in UNITS.items()
-        if any(variable.unit == unit for variable in variables)
-    ]
-    unknowns = [
-        f'      <Unknown index="{place}"/>'
-        for place, variable in enumerate(variables, start=1)
-        if variable.causality == "output"
-    ]
-    return "\n".join(
-        [
-            '<?xml version="1.0" encoding="UTF-8"?>',
-            f'<fmiModelDescription fmiVersion="2.0" modelName={quoteattr(prefix)} guid={quoteattr(guid)}',
-            f"  description={quoteattr(plain(export.title))}",
-            f'  generationTool="adaptive-ff {version("adaptive-ff")}" variableNamingConvention="structured">',
-            f'  <CoSimulation modelIdentifier={quoteattr(prefix)} canHandleVariableCommunicationStepSize="true"',
-            '    canGetAndSetFMUstate="true">',
-            f'    <SourceFiles><File name="{prefix}.c"/><File name="{prefix}_fmu.c"/></SourceFiles>',
-            "  </CoSimulation>",
-            "  <UnitDefinitions>",
-            *units,
-            "  </UnitDefinitions>",
-            f'  <DefaultExperiment startTime="0" stepSize="{period!r}"/>',
-            "  <ModelVariables>",
-            *(variable.xml() for variable in variables),
-            "  </ModelVariables>",
-            "  <ModelStructure>",
-            "    <Outputs>",
-            *unknowns,
-            "    </Outputs>",
-            "    <InitialUnknowns>",
-            *unknowns,
-            "    </InitialUnknowns>",
-            "  </ModelStructure>",
-            "</fmiModelDescription>",
-            "",
-        ]
+    return rendered(
+        f"modelDescription{version[0]}.xml",
+        prefix=export.prefix,
+        token=token,
+        title=plain(export.title),
+        version=package_version("adaptive-ff"),
+        period=repr(export.controller.period),
+        units=[item for item in UNITS.items() if any(variable.unit == item[0] for variable in variables)],
+        variables=variables,
     )
 
 
-def fmu(export: Export) -> bytes:
-    """Return the FMU: with a binary where there is a C compiler and FMI 2.0 has a name for this machine.
+def fmu(export: Export, version: str) -> bytes:
+    """Return the FMU: with a binary where there is a C compiler and this version of FMI has a name for this machine.
 
     Raises
     ------
@@ -150,13 +116,16 @@ def fmu(export: Export) -> bytes:
     prefix = export.prefix
     sources = {f"{prefix}.h": header(export), f"{prefix}.c": source(export)}
     digest = hashlib.sha256("".join(sources.values()).encode()).hexdigest()
-    guid = f"{{{digest[:8]}-{digest[8:12]}-{digest[12:16]}-{digest[16:20]}-{digest[20:32]}}}"
-    sources[f"{prefix}_fmu.c"] = fmu_source(export, guid)
-    files = {"modelDescription.xml": model_description(export, guid).encode()}
+    token = f"{{{digest[:8]}-{digest[8:12]}-{digest[12:16]}-{digest[16:20]}-{digest[20:32]}}}"
+    sources[f"{prefix}_fmu.c"] = fmu_source(export, version, token)
+    files = {"modelDescription.xml": model_description(export, version, token).encode()}
     files |= {f"sources/{name}": text.encode("ascii") for name, text in sources.items()}
-    place = PLATFORMS.get((platform.system(), platform.machine()))
+    if version != "2.0":
+        files["sources/buildDescription.xml"] = rendered("buildDescription.xml", prefix=prefix).encode()
+    system = platform.system()
+    place = PLATFORMS.get((system, platform.machine()), {}).get(version)
     if place is not None and compiler() is not None:
-        files[f"binaries/{place[0]}/{prefix}{place[1]}"] = _binary(prefix, sources)
+        files[f"binaries/{place}/{prefix}{'.dylib' if system == 'Darwin' else '.so'}"] = _binary(prefix, sources)
     archive = io.BytesIO()
     with zipfile.ZipFile(archive, "w", zipfile.ZIP_DEFLATED) as packed:
         for name, content in files.items():

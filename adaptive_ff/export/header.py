@@ -5,10 +5,9 @@ from importlib.metadata import version
 from adaptive_ff.adaptive.arguments import LARGEST_REGRESSOR
 from adaptive_ff.export.buffer import HEADER
 from adaptive_ff.export.export import Export
-from adaptive_ff.export.leaves import Leaf
 from adaptive_ff.export.rendering import rendered
 from adaptive_ff.export.sample import optional_inputs, unchecked_inputs
-from adaptive_ff.export.tables import arrays_of
+from adaptive_ff.export.tables import arrays_of, arrays_struct
 from adaptive_ff.export.units import estimate_unit
 from controllers.kernels.comments import block_comment, joined
 
@@ -37,24 +36,13 @@ def header(export: Export) -> str:
             f"#define {upper}_STATE_SIZE {HEADER.size + export.payload_size} /* bytes of a saved state */\n",
             *(struct.text for struct in export.public_structs),
             _regressor_count(export),
-            _arrays(export, f"{prefix}_ParameterArrays", "Arrays of the parameters.", export.parameter_leaves),
-            _arrays(export, f"{prefix}_StateArrays", "Arrays of the state.", export.state_leaves),
+            arrays_struct(export, f"{prefix}_StateArrays", "Arrays of the state.", export.state_leaves),
             _controller(export),
             _functions(export),
             _estimates(export, real),
             f"#ifdef __cplusplus\n}}\n#endif\n\n#endif /* {upper}_H */\n",
         ]
     )
-
-
-def _arrays(export: Export, name: str, doc: str, found: list[Leaf]) -> str:
-    if not arrays_of(found):
-        return ""
-    lines = [
-        f"    {export.unit.c_type(leaf.kind)} {leaf.storage}{''.join(f'[{extent}]' for extent in leaf.shape)};"
-        for leaf in arrays_of(found)
-    ]
-    return f"/* {doc} */\ntypedef struct {{\n" + "\n".join(lines) + f"\n}} {name};\n"
 
 
 def _regressor_count(export: Export) -> str:
@@ -65,14 +53,14 @@ def _regressor_count(export: Export) -> str:
 
 def _controller(export: Export) -> str:
     prefix = export.prefix
-    lines = [
-        f"    {export.unit.c_type(export.parameters)} parameters; /* constant once it is initialised */",
-        f"    {export.unit.c_type(export.state)} state;",
-    ]
-    for name, found in (("Parameter", export.parameter_leaves), ("State", export.state_leaves)):
-        if arrays_of(found):
-            lines.append(f"    {prefix}_{name}Arrays {name.lower()}_arrays; /* what pointers above refer to */")
-    return "/* A controller. */\ntypedef struct {\n" + "\n".join(lines) + f"\n}} {prefix}_Controller;\n"
+    lines = [f"    {export.unit.c_type(export.state)} state;"]
+    if arrays_of(export.state_leaves):
+        lines.append(f"    {prefix}_StateArrays state_arrays; /* what pointers above refer to */")
+    return (
+        "/* A controller: its state, as the settings are constants. */\ntypedef struct {\n"
+        + "\n".join(lines)
+        + f"\n}} {prefix}_Controller;\n"
+    )
 
 
 def _functions(export: Export) -> str:

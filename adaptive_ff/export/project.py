@@ -2,10 +2,10 @@
 
 from pathlib import Path
 
-from adaptive_ff.errors import checked_path
+from adaptive_ff.errors import InputError, checked_path
 from adaptive_ff.export.errors import exporting
 from adaptive_ff.export.export import Export
-from adaptive_ff.export.fmu import fmu
+from adaptive_ff.export.fmu import VERSIONS, fmu
 from adaptive_ff.export.header import header
 from adaptive_ff.export.rendering import rendered
 from adaptive_ff.export.selftest import example, self_test
@@ -33,7 +33,7 @@ def export_controller(
     *,
     prefix: str = "controller",
     single: bool = False,
-    with_fmu: bool = False,
+    with_fmu: bool | str = False,
 ) -> list[Path]:
     """Write a controller as C99 source that any compiler takes, with a self-test, an example and a CMake file.
 
@@ -50,9 +50,9 @@ def export_controller(
         Begins all names in C, and the names of the files.
     single : bool, optional
         Compute in single precision, for processors without double.
-    with_fmu : bool, optional
-        Also write ``PREFIX.fmu``, an FMU 2.0 for co-simulation with the source and, where a C compiler is at hand, a
-        binary for this machine.
+    with_fmu : bool or str, optional
+        Also write ``PREFIX.fmu``, an FMU for co-simulation with the source and, where a C compiler is at hand, a binary
+        for this machine: of FMI ``"2.0"``, as with True, or ``"3.0"``.
 
     Returns
     -------
@@ -70,11 +70,14 @@ def export_controller(
     >>> from controllers import PI
     >>> files = export_controller(PI(100.0, 10.0, 0.001), "drive", prefix="axis1")  # doctest: +SKIP
     """
-    folder, also_fmu = checked_path("out", out), checked_switch("with_fmu", with_fmu)
+    folder = checked_path("out", out)
+    also_fmu = with_fmu if isinstance(with_fmu, str) else "2.0" if checked_switch("with_fmu", with_fmu) else ""
+    if also_fmu and also_fmu not in VERSIONS:
+        raise InputError(f"with_fmu = {also_fmu!r} is not allowed: it must be one of {', '.join(VERSIONS)}")
     export = Export(controller, prefix, single)
     with exporting():  # a number may be too large for single precision
         files = project_files(export)
-        archive = fmu(export) if also_fmu else None
+        archive = fmu(export, also_fmu) if also_fmu else None
     names = [*files, *([f"{prefix}.fmu"] if archive is not None else [])]
     with staged(folder) as stage:
         for name, text in files.items():

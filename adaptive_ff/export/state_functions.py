@@ -1,10 +1,11 @@
 """Functions in C that write a state into a buffer and read it; the format is that of ``buffer``."""
 
 from adaptive_ff.export.buffer import HEADER, MAGIC, VERSION
+from adaptive_ff.export.entry_points import BIND
 from adaptive_ff.export.export import Export
 from adaptive_ff.export.leaves import Leaf
 from adaptive_ff.export.rendering import rendered
-from adaptive_ff.export.tables import has_arrays
+from adaptive_ff.export.tables import arrays_of
 from controllers.kernels.types import BOOLEAN, INTEGER, REAL
 
 
@@ -27,7 +28,7 @@ def state_buffer(export: Export) -> str:
         bits="uint32_t" if export.single else "uint64_t",
         p=export.prefix,
         P=export.upper,
-        bind="bind(controller);\n    " if has_arrays(export) else "",
+        bind=f"{BIND}\n    " if arrays_of(export.state_leaves) else "",
     )
 
 

@@ -20,26 +20,37 @@ def arrays_of(found: list[Leaf]) -> list[Leaf]:
     return [leaf for leaf in found if leaf.is_array and leaf.count]
 
 
-def record_table(export: Export, name: str, kind: Record, value: Any) -> str:
-    """Return a constant struct with all numbers that stand in it; its arrays are bound to their numbers later."""
-    text = _initialiser(export, kind, value, 0, name)
+def record_table(export: Export, name: str, kind: Record, value: Any, arrays: str = "") -> str:
+    """Return a constant struct with all numbers in it; its arrays are those of a constant, or bound later."""
+    text = _initialiser(export, kind, value, 0, (), arrays)
     return f"static const {export.unit.c_type(kind)} {name} = {text};\n"
 
 
-def _initialiser(export: Export, kind: Type, value: Any, depth: int, where: str) -> str:
+def _initialiser(export: Export, kind: Type, value: Any, depth: int, path: tuple[str | int, ...], arrays: str) -> str:
     if isinstance(kind, Record):
         inner = "    " * (depth + 1)
         items = {
-            c_name(name): _initialiser(export, field, getattr(value, name), depth + 1, f"{where}.{name}")
+            c_name(name): _initialiser(export, field, getattr(value, name), depth + 1, (*path, name), arrays)
             for name, field in kind.fields
-            if not isinstance(field, Array)
         }
-        lines = [f"{inner}.{name} = {item}," for name, item in items.items()]
+        lines = [f"{inner}.{name} = {item}," for name, item in items.items() if item]
         return "{0}" if not lines else "{\n" + "\n".join(lines) + "\n" + "    " * depth + "}"
     if isinstance(kind, Line):
-        listed = [_initialiser(export, kind.element, item, depth + 1, where) for item in value]
+        listed = [_initialiser(export, kind.element, item, depth + 1, path, arrays) for item in value]
         return "{.at = {" + ", ".join(listed) + "}}"
-    return export.precision.literal(value, where)
+    if isinstance(kind, Array):
+        place = f"{arrays}.{Leaf(path, kind.element, value.shape, True).storage}"
+        return f"({export.unit.declaration(kind, '').strip()}){place}" if arrays and value.size else ""
+    return export.precision.literal(value, ".".join(map(str, path)))
+
+
+def arrays_struct(export: Export, name: str, doc: str, found: list[Leaf]) -> str:
+    """Return the struct of all arrays that hold numbers; nothing where there is none."""
+    lines = [
+        f"    {export.unit.c_type(leaf.kind)} {leaf.storage}{''.join(f'[{extent}]' for extent in leaf.shape)};"
+        for leaf in arrays_of(found)
+    ]
+    return f"/* {doc} */\ntypedef struct {{\n" + "\n".join(lines) + f"\n}} {name};\n" if lines else ""
 
 
 def array_table(export: Export, struct: str, name: str, found: list[Leaf], value: Any) -> str:
@@ -71,10 +82,11 @@ def _numbers(export: Export, array: Any, where: str, depth: int) -> str:
 def state_tables(export: Export) -> str:
     """Return settings and states as constants; the state to start in only where it is not that of a new controller."""
     found = export.parameter_leaves
-    parts = [record_table(export, "PARAMETERS", export.parameters, export.controller.parameters)]
+    parts, parameters = [], export.controller.parameters
     if arrays_of(found):
-        struct = f"{export.prefix}_ParameterArrays"
-        parts.append(array_table(export, struct, "PARAMETER_ARRAYS", found, export.controller.parameters))
+        parts.append(arrays_struct(export, "ParameterArrays", "Arrays of the parameters.", found))
+        parts.append(array_table(export, "ParameterArrays", "PARAMETER_ARRAYS", found, parameters))
+    parts.append(record_table(export, "PARAMETERS", export.parameters, parameters, "PARAMETER_ARRAYS"))
     states = [("NEW", export.fresh.state)]
     states += [("START", export.controller.state)] if has_own_start(export) else []
     for name, value in states:
@@ -88,8 +100,3 @@ def state_tables(export: Export) -> str:
 def has_own_start(export: Export) -> bool:
     """Tell whether the controller was exported in another state than that of a new one."""
     return state_to_bytes(export.controller) != state_to_bytes(export.fresh)
-
-
-def has_arrays(export: Export) -> bool:
-    """Tell whether parameters or state hold arrays."""
-    return bool(arrays_of(export.parameter_leaves) or arrays_of(export.state_leaves))

@@ -211,7 +211,8 @@ class Assignments:
             integer = "int" if self.unit.fixed else "int64_t"
             self.scope.emit(f"const {integer} {text} = {value.text if named else value.constant};")
         else:
-            self.scope.variables[name] = Variable(text, kind, natural=value.natural and once)
+            known = value.constant if once and kind == REAL else None
+            self.scope.variables[name] = Variable(text, kind, constant=known, natural=value.natural and once)
             constant = "const " if once and not isinstance(kind, Array) else ""
             self.scope.emit(f"{constant}{self.unit.declaration(kind, text)} = {value.content};")
         self.scope.note_declaration(name)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from controllers.kernels.language import DISPATCHED
 from controllers.kernels.operations import MATHEMATICS, OPERATIONS, operation
 from controllers.kernels.sources import INSTEAD
-from controllers.kernels.types import INTEGER, Record, Type, makes_itself
+from controllers.kernels.types import INTEGER, REAL, Record, Type, makes_itself
 from controllers.kernels.values import Value
 
 if TYPE_CHECKING:
@@ -120,8 +120,10 @@ class Calls:
         return Value(text, translated.result, constant=translated.constant, natural=translated.natural)
 
 
-def _known(value: Value, fixed: bool) -> int | str | None:
+def _known(value: Value, fixed: bool) -> float | str | None:
     """Return what a kernel may rely on of an argument."""
+    if value.type == REAL and fixed and value.root and value.constant is not None:  # a parameter
+        return float(value.constant)
     if value.type != INTEGER:
         return None
     if fixed and value.constant is not None:

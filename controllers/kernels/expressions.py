@@ -321,7 +321,7 @@ class Expressions(Subscripts):
         """Return two values compared in C, and what comes of it where that is known."""
         sign, rank, compare = COMPARISONS[type(operation)]
         decided = None
-        if left.type == right.type == INTEGER and left.constant is not None and right.constant is not None:
+        if {left.type, right.type} <= {INTEGER, REAL} and None not in (left.constant, right.constant):
             decided = compare(left.constant, right.constant)
         if left.type != right.type:
             left, right = self.as_real(node, left), self.as_real(node, right)

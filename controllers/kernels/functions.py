@@ -66,9 +66,9 @@ def translate_function(
             raise kernel.refusal(kernel.tree, "_ keeps no value; give the argument a name")
         if not passed_by_pointer(kind):
             declared.append(unit.declaration(kind, wish))
-            changes, is_value = scope.stores[argument.arg] > 0, isinstance(known, int)
+            changes, is_value = scope.stores[argument.arg] > 0, isinstance(known, int | float)
             constant = known if is_value and not changes else None
-            natural = not changes and known is not None and (not is_value or known >= 0)
+            natural = kind == INTEGER and not changes and known is not None and (not is_value or known >= 0)
             scope.variables[argument.arg] = Variable(wish, kind, constant=constant, natural=natural)
         elif scope.stores[argument.arg]:
             given = scope.fresh(f"given_{argument.arg}")

@@ -25,8 +25,8 @@ class Variable:
         Its type.
     pointer : bool
         Whether it is a pointer to a record that stays as it is.
-    constant : int, optional
-        Its value, where that is an integer that is known at translation.
+    constant : float, optional
+        Its value, where that is a number that is known at translation.
     natural : bool
         Whether it is an integer that is known not to be negative.
     """
@@ -34,7 +34,7 @@ class Variable:
     name: str
     type: Type
     pointer: bool = False
-    constant: int | None = None
+    constant: float | None = None
     natural: bool = False
 
 

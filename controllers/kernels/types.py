@@ -1,5 +1,6 @@
 """Types of the values in kernels, inferred from samples of them: parameters, a state, inputs."""
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -13,11 +14,11 @@ from controllers.kernels.errors import NotTranslatable
 class Scalar:
     """A number or a truth value; ``kind`` is ``real``, ``integer`` or ``boolean``.
 
-    Integers and truth values of firmware's parameters have their value with them: they decide which branches there are.
+    Numbers and truth values of firmware's parameters have their value with them: they decide which branches there are.
     """
 
     kind: str
-    value: int | None = None
+    value: float | None = None
 
 
 REAL, INTEGER, BOOLEAN = Scalar("real"), Scalar("integer"), Scalar("boolean")
@@ -104,7 +105,7 @@ def type_of(value: Any, where: str = "", *, sizes: bool = False, values: bool = 
     where : str, optional
         Its name, for the error.
     sizes, values : bool, optional
-        Whether the sizes of arrays, and the values of integers and truth values, are part of the type.
+        Whether the sizes of arrays, and the values of numbers and truth values, are part of the type.
 
     Raises
     ------
@@ -120,7 +121,7 @@ def type_of(value: Any, where: str = "", *, sizes: bool = False, values: bool = 
             raise NotTranslatable(_named(where, problem))
         return Scalar(INTEGER.kind, int(value)) if values else INTEGER
     if isinstance(value, float):
-        return REAL
+        return Scalar(REAL.kind, float(value)) if values and not math.isnan(value) else REAL
     if isinstance(value, np.ndarray):
         return _array_type(value, where, sizes)
     if isinstance(value, tuple):
@@ -158,7 +159,7 @@ def _tuple_type(value: Any, where: str, sizes: bool, values: bool) -> Type:
         places = ((name, f"{where}.{name}" if where else name, item) for name, item in pairs)
         fields = tuple((name, type_of(item, place, sizes=sizes, values=values)) for name, place, item in places)
         return Record(type(value).__name__, fields, type(value))
-    elements = {type_of(item, f"{where}[{k}]", sizes=sizes, values=values) for k, item in enumerate(value)}
+    elements = {type_of(item, f"{where}[{k}]", sizes=sizes) for k, item in enumerate(value)}
     if len(elements) != 1:
         raise NotTranslatable(_refused(value, where))
     return Line(elements.pop(), len(value))

@@ -17,8 +17,8 @@ from controllers.kernels.sources import Constant, Kernel, read_kernel, resolve
 from controllers.kernels.types import BOOLEAN, INTEGER, REAL, Array, Line, Record, Scalar, Type
 from controllers.kernels.values import Value, open_name
 
-Known = int | str | None
-"""What is known of an integer at translation: its value, ``natural`` where it is not negative, or nothing."""
+Known = float | str | None
+"""What is known of a number at translation: its value, ``natural`` where it is not negative, or nothing."""
 
 Key = tuple[Callable[..., Any], tuple[Type, ...], tuple[Known, ...]]
 """A kernel with the types of its arguments, and what is known of them."""

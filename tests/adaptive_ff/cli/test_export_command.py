@@ -16,7 +16,7 @@ def test_it_writes_the_adaptive_controller_of_the_built_in_scenario(tmp_path):
 
 
 def test_controller_prefix_precision_and_fmu_are_chosen(tmp_path):
-    options = ("--controller", "oracle", "--prefix", "axis1", "--float", "--fmu")
+    options = ("--controller", "oracle", "--prefix", "axis1", "--float", "--fmu", "3.0")
     assert run_command_line("export", *options, "--out", tmp_path).status == 0
     assert "float torque;" in (tmp_path / "axis1.h").read_text()
     assert (tmp_path / "axis1.fmu").stat().st_size > 5000
@@ -53,6 +53,7 @@ def test_refusals_name_what_is_wrong_and_write_nothing(tmp_path):
     out = ("--out", tmp_path / "out")
     cases = {
         ("--controller", "none"): "controllers = 'none' is not known; there are pi,",
+        ("--fmu", "1.0"): "with_fmu = '1.0' is not allowed: it must be one of 2.0, 3.0",
         ("--prefix", "1st"): "prefix = '1st' is not allowed",
         ("--state", other): "controller = 'PI' is not allowed: this is a 'AdaptiveController'",
         ("--state", broken): "is no saved state",

@@ -20,14 +20,14 @@ runs_here = pytest.mark.skipif(
 )
 
 
-def written(folder, controller, **options):
-    export_controller(controller, folder, prefix="drive", with_fmu=True, **options)
+def written(folder, controller, version="2.0", **options):
+    export_controller(controller, folder, prefix="drive", with_fmu=version, **options)
     return folder / "drive.fmu"
 
 
-@pytest.fixture(scope="module")
-def learning(tmp_path_factory):
-    return written(tmp_path_factory.mktemp("fmu"), adaptive())
+@pytest.fixture(scope="module", params=["2.0", "3.0"])
+def learning(tmp_path_factory, request):
+    return written(tmp_path_factory.mktemp("fmu"), adaptive(), request.param)
 
 
 @pytest.mark.parametrize("single", [False, True], ids=["double", "float"])
@@ -108,8 +108,9 @@ def test_its_source_compiles_without_a_warning(learning, tmp_path):
     sources = [str(path.relative_to(tmp_path)) for path in (tmp_path / "sources").glob("*.c")]
     assert len(sources) == 2
     compiled(tmp_path, sources, "-O2", "-shared", "-fPIC", *WARNINGS, out="drive.so")
-    guids = re.findall(r"\{[0-9a-f-]{36}\}", (tmp_path / "sources" / "drive_fmu.c").read_text())
-    assert guids == [fmpy.read_model_description(str(learning)).guid]
+    tokens = re.findall(r"\{[0-9a-f-]{36}\}", (tmp_path / "sources" / "drive_fmu.c").read_text())
+    described = fmpy.read_model_description(str(learning))
+    assert tokens == [described.guid or described.instantiationToken]
 
 
 def test_without_a_compiler_it_holds_the_source_alone(tmp_path, monkeypatch):
