@@ -1,5 +1,6 @@
 """Checks of the project as a whole: lint, types, import contracts, the built wheel."""
 
+import datetime
 import shutil
 import subprocess
 import sys
@@ -8,6 +9,8 @@ import zipfile
 from pathlib import Path
 
 import pytest
+
+from docs import release
 
 ROOT = Path(__file__).resolve().parent.parent
 
@@ -37,14 +40,28 @@ def test_import_contracts():
 DESK = ("plant", "pydantic", "rich", "matplotlib", "control", "filterpy", "typer")
 
 
+DESK = ("plant", "pydantic", "rich", "matplotlib", "control", "filterpy", "typer")
+NEEDED = {"lazy_loader", "numpy", "scipy"}
+"""Packages from elsewhere that a controller may load."""
+
+
 def loaded_by(statements, names):
     """Which of the packages or modules are loaded in a fresh process after some statements."""
     code = f"import sys; {statements}; print(*[name for name in {tuple(names)!r} if name in sys.modules])"
     return run(sys.executable, "-c", code).split()
 
 
-def test_adaptive_controller_loads_nothing_of_the_desk():
-    assert loaded_by("import adaptive_ff.adaptive.controller", DESK) == []
+FOREIGN = """
+import sys
+from adaptive_ff import AdaptiveController
+AdaptiveController(1e3, 1e4, 0.01, inertia=20.0, stribeck_velocity=0.05).step(0.1, 0.0)
+files = {name.partition(".")[0]: getattr(module, "__file__", None) or "" for name, module in sys.modules.items()}
+print(*[name for name, file in files.items() if "site-packages" in file and not name.startswith("_")])
+"""
+
+
+def test_adaptive_controller_needs_numpy_and_scipy_alone():
+    assert set(run(sys.executable, "-c", FOREIGN).split()) <= NEEDED
 
 
 def test_all_that_would_run_on_a_robot_loads_nothing_of_the_desk():
@@ -76,51 +93,30 @@ def test_contract_of_the_robot_names_all_of_controllers_but_the_design():
     assert listed == found - {"__init__", "design"}
 
 
-@pytest.fixture(scope="session")
-def wheel(tmp_path_factory):
-    """A wheel built from a copy of the sources, so that no old build folder leaks into it."""
-    source = tmp_path_factory.mktemp("source")
-    for name in ("adaptive_ff", "plant", "controllers"):
-        shutil.copytree(ROOT / name, source / name, ignore=shutil.ignore_patterns("__pycache__"))
-    for name in ("pyproject.toml", "build_backend.py", "README.md", "LICENSE"):
-        shutil.copy(ROOT / name, source / name)
-    target = tmp_path_factory.mktemp("wheel")
-    options = ("--quiet", "--no-deps", "--no-build-isolation", "--wheel-dir", target)
-    run(sys.executable, "-m", "pip", "wheel", *options, source, **environment())
-    (built,) = target.glob("*.whl")
-    return built
+def test_versions_agree():
+    assert len(set(release.versions().values())) == 1
 
 
-def environment(**more):
-    import os
+def test_release_writes_version_and_date(tmp_path):
+    for name in release.PLACES:
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        shutil.copy(ROOT / name, tmp_path / name)
+    (tmp_path / "docs/changelog.md").write_text("# Changelog\n\n## 0.1.0 (unreleased)\n\nNew.\n")
+    release.set_version("7.2.0rc1", datetime.date(2030, 1, 2), tmp_path)
+    assert set(release.versions(tmp_path).values()) == {"7.2.0rc1"}
+    assert "## 7.2.0rc1 (2030-01-02)" in (tmp_path / "docs/changelog.md").read_text()
+    with pytest.raises(ValueError, match="say what is new"):
+        release.set_version("7.3.0", datetime.date(2030, 1, 3), tmp_path)
+    with pytest.raises(ValueError, match="is not allowed"):
+        release.set_version("seven", datetime.date(2030, 1, 3), tmp_path)
 
-    return {**os.environ, **more}
 
-
-def test_wheel_contains_all_packages(wheel):
-    names = zipfile.ZipFile(wheel).namelist()
-    for package in ("adaptive_ff", "plant", "controllers"):
-        modules = {str(path.relative_to(ROOT)) for path in (ROOT / package).rglob("*.py")}
-        assert modules <= set(names)
-    assert "adaptive_ff/scenario/reference_joint.toml" in names
-    assert not any(name.startswith(("tests/", "benchmarks/")) for name in names)
+def test_wheel_and_sdist_hold_all_packages(tmp_path):
+    wheel, sdist = release.build(tmp_path)
+    assert release.missing(wheel, sdist) == []
+    assert not any(name.startswith(("tests/", "benchmarks/")) for name in zipfile.ZipFile(wheel).namelist())
 
 
 @pytest.mark.nightly
-def test_installed_wheel_compares_outside_the_repository(wheel, tmp_path):
-    site = tmp_path / "site"
-    run(sys.executable, "-m", "pip", "install", "--quiet", "--no-deps", "--target", site, wheel, **environment())
-    work = tmp_path / "work"
-    work.mkdir()
-    code = (
-        "import sys, adaptive_ff, plant, controllers; from adaptive_ff.cli.main import main; "
-        f"assert all(m.__file__.startswith({str(site)!r}) for m in (adaptive_ff, plant, controllers)); "
-        "from adaptive_ff import load_scenario; from adaptive_ff.scenario.file import to_toml; "
-        "short = load_scenario().modified(duration=1.0, controllers=['pi']); "
-        "open('short.toml', 'w', encoding='utf-8').write(to_toml(short)); "
-        "sys.argv = ['adaptive-ff', 'compare', 'short.toml', '--out', 'out']; main()"
-    )
-    printed = run(sys.executable, "-c", code, cwd=work, **environment(PYTHONPATH=str(site)))
-    assert printed.rstrip().endswith("are in out")
-    assert (work / "out" / "result.json").stat().st_size > 0
-    assert (work / "out" / "tracking.png").read_bytes().startswith(b"\x89PNG")
+def test_installed_wheel_compares_outside_the_repository(tmp_path):
+    assert "are in results" in release.installed_runs(release.build(tmp_path)[0])

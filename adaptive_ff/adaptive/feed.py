@@ -13,6 +13,7 @@ from adaptive_ff.friction.columns import (
     INERTIA,
     PATHS,
     STICTION,
+    VISCOUS,
     Curve,
     FrictionState,
     hold,
@@ -102,7 +103,7 @@ def feed_in_place(
     rests = inputs.reference == 0.0 and start == 0.0 and end == 0.0
     friction, steady, held = at_standstill(parameters, state, inputs, stiction + paths, rests)
     late = parameters.tuning.hold * largest * parameters.period / machine.inertia
-    curve = Curve(math.exp(mean[last - 1]), math.exp(mean[last]), coulomb, stiction, late)
+    curve = Curve(math.exp(mean[last - 1]), math.exp(mean[last]), coulomb, stiction, mean[LOOP + VISCOUS], late)
     friction = write_columns(
         parameters.hypothesis,
         friction,

@@ -2,7 +2,8 @@
 
     y = e + G fed = sum_i theta_i (G psi_i) + x_v + noise
 
-Two members with little and much unexplained torque, and long and short memory, interact. A joint that is apart from its
+Two members interact: one with little unexplained torque and a long memory; one with much, a load that walks at random,
+and a short memory. A joint that is apart from its
 reference has friction that the reference does not tell: white torque of the size of friction.
 """
 
@@ -90,6 +91,7 @@ def learn_in_place(
     white = 0.01 / duration * torque * torque
     flow_in_place(state.quiet, rate, proportional, integral, tuning.quiet * white + unknown)
     flow_in_place(state.loud, rate, proportional, integral, tuning.loud * white + unknown)
+    state.loud.covariance[2] += tuning.load_walk * state.unit * state.unit * duration
     if moving:
         return_in_place(state.quiet, parameters.prior, state.unit, math.exp(-duration / parameters.machine.memory))
         return_in_place(state.loud, parameters.prior, state.unit, math.exp(-duration / tuning.short_memory))
@@ -110,7 +112,7 @@ def learn_in_place(
 
 
 def grown_unit(parameters: AdaptiveParameters, state: AdaptiveState, torque: float) -> float:
-    """Return the unit of friction: half of the largest torque so far (N m); the prior grows with it."""
+    """Return the unit of friction (N m), with which the prior grows: half of the largest torque but the observer's."""
     unit, prior = state.unit, parameters.prior
     if 0.5 * torque <= unit:
         return unit

@@ -1,8 +1,10 @@
 """Observer of the torque that the feedforward lacks, and its gate.
 
-    d = low-pass(u - fed - J de/dt),      gate from <(e0 - G d)^2> over <e0^2>
+    d = 0.8 low-pass(u - fed - J de/dt),      gate from <(e0 - G d)^2> over <e0^2>
 
-``e0`` is the error without the observer: the response of the loop tells it, and what the observer would make of it.
+Where a drive gives less torque than it is asked for and does not say so, what it keeps is lacking, too; observed in
+part, it stays below four times what else is asked for. ``e0`` is the error without the observer: the response of the
+loop tells it, and what the observer would make of it.
 """
 
 import math
@@ -58,4 +60,4 @@ def observed(
     """
     lacking = torque - delayed(state.modelled, parameters.feedback.delay) + parameters.machine.inertia * acceleration
     follows = -math.expm1(-parameters.machine.observer_pole * duration)
-    return state.observer.torque + follows * (lacking - state.observer.torque)
+    return state.observer.torque + follows * (parameters.tuning.observed_share * lacking - state.observer.torque)

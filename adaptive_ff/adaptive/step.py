@@ -195,7 +195,7 @@ def step_adaptive(parameters: AdaptiveParameters, state: AdaptiveState, inputs: 
     seen = with_reference(with_feedforward(inputs, fed.known + total - inputs.feedforward), period.seen)
     output, feedback = feed_back(pi, feedback, seen, guard)
     command = min(max(output.torque, -machine.torque_limit), machine.torque_limit)
-    unit = grown_unit(parameters, state, abs(output.torque - fed.known))
+    unit = grown_unit(parameters, state, abs(output.torque - fed.known - share * observer.gain * observer.torque))
     return Output(command, output.feedforward), state._replace(
         feedback=feedback,
         friction=fed.friction,

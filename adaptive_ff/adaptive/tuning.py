@@ -11,6 +11,8 @@ class Tuning(NamedTuple):
     quiet, loud : float
         White torque that no column explains, over 10 ms, in units of friction, squared: of the two members of the
         filter (interacting multiple models).
+    load_walk : float
+        Random walk of a load (push, payload) in the loud member, in units of friction, squared, per second.
     memory, short_memory : float
         Time in which estimates return to the prior, s of motion, of the two members.
     switching : float
@@ -65,12 +67,15 @@ class Tuning(NamedTuple):
         Squared error with the observer over that without it: below the first it is on in full, above the second off.
     fastest : float
         Pole of the observer at most, rad/s.
+    observed_share : float
+        What of the lacking torque is observed: the rest bounds it where a drive gives less than it is asked.
     fade : float
         Time in which the feedforward fades in or out, s.
     """
 
     quiet: float = 0.01
     loud: float = 0.2
+    load_walk: float = 1.0
     memory: float = 6000.0
     short_memory: float = 100.0
     switching: float = 0.1
@@ -101,7 +106,7 @@ class Tuning(NamedTuple):
     longest_lag: float = 0.1
     distance_ratio: float = 4.0
     least_deviation: float = 0.01
-    hold: float = 0.027
+    hold: float = 0.018
     slow: float = 0.05
     peak_memory: float = 100.0
     steady: float = 3.0
@@ -110,4 +115,5 @@ class Tuning(NamedTuple):
     gate_on: float = 0.5
     gate_off: float = 1.0
     fastest: float = 65.0
+    observed_share: float = 0.8
     fade: float = 1.0

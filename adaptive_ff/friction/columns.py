@@ -6,7 +6,7 @@ The torque that a motion ``r(t)`` needs is a sum ``sum_i theta_i psi_i`` of unit
 column         unit torque                     coefficient
 =============  ==============================  ==========================================================
 inertia        ``dr/dt``                       inertia ``J``, kg m^2
-viscous        ``r``                           viscous coefficient ``sigma``, N m s/rad
+viscous        ``r`` behind the lag            viscous coefficient ``sigma``, N m s/rad
 coulomb        ``s (1 - e)`` behind the lag    Coulomb friction ``Fc``, N m; ``g`` of the paper's (5)
 stiction       ``s e`` behind the lag          stiction ``Fs``, N m; ``h`` of (6)
 distance_i     ``z_i``, ``dz_i/dx = (s - z_i)/d_i``  Coulomb friction that follows over a path ``d_i``, N m
@@ -34,8 +34,11 @@ Array = NDArray[np.float64]
 INERTIA, VISCOUS, COULOMB, STICTION, PATHS = 0, 1, 2, 3, 4
 """Places of the first columns; the distances begin at ``PATHS``."""
 
-LAGGED_SLIP, LAGGED_STICTION, LAGGED_SLOPE, SLIP_SENSITIVITY, STICTION_SENSITIVITY, LAGS = 0, 1, 2, 3, 4, 5
-"""Places of what follows with the friction lag: ``g``, ``h``, ``dh/d ln Vs``; slopes of two over ``ln tau``."""
+LAGGED_SLIP, LAGGED_STICTION, LAGGED_SLOPE, LAGGED_SPEED = 0, 1, 2, 3
+"""Places of what follows with the friction lag: ``g``, ``h``, ``dh/d ln Vs``, ``r``."""
+
+SLIP_SENSITIVITY, STICTION_SENSITIVITY, SPEED_SENSITIVITY, LAGS = 4, 5, 6, 7
+"""Places of the slopes of ``g``, ``h`` and ``r`` behind the lag over ``ln tau``."""
 
 
 class Hypothesis(NamedTuple):
@@ -83,7 +86,7 @@ class FrictionState(NamedTuple):
 
     Attributes
     ----------
-    lagged : ndarray, shape (5,)
+    lagged : ndarray, shape (7,)
         What follows with the friction lag.
     bent : ndarray, shape (d,)
         What follows over each presliding distance.
@@ -117,8 +120,8 @@ class Curve(NamedTuple):
         Friction lag ``tau``, s.
     stribeck_velocity : float
         Stribeck velocity ``Vs``, rad/s.
-    coulomb, stiction : float
-        Present coefficients of the lagged columns, N m: the sensitivities are theirs.
+    coulomb, stiction, viscous : float
+        Present coefficients of the lagged columns, N m and N m s/rad: the sensitivities are theirs.
     hold : float
         Speed beyond zero at which a reversed motion turns friction, rad/s.
     """
@@ -127,6 +130,7 @@ class Curve(NamedTuple):
     stribeck_velocity: float
     coulomb: float
     stiction: float
+    viscous: float
     hold: float
 
 
@@ -218,7 +222,7 @@ def write_columns(
     """
     for i in range(psi.size):
         psi[i] = 0.0
-    psi[INERTIA], psi[VISCOUS] = (end - start) / duration, 0.5 * (start + end)
+    speed, by_speed = _follow_lag(state.lagged, LAGGED_SPEED, SPEED_SENSITIVITY, start, end, curve.lag, duration)
     direction, hold = state.direction, curve.hold
     if direction == 0.0:
         direction = 1.0 if start + end > 0.0 else (-1.0 if start + end < 0.0 else 0.0)
@@ -240,6 +244,8 @@ def write_columns(
             _slide(hypothesis, state, curve, direction, edge, end, (1.0 - turn) * duration, psi)
         for i in range(COULOMB, psi.size):
             psi[i] /= duration
+    psi[INERTIA], psi[VISCOUS] = (end - start) / duration, speed / duration
+    psi[psi.size - 2] += curve.viscous * by_speed / duration
     place = PATHS + hypothesis.distances.size
     sign = psi[COULOMB] + psi[STICTION]
     if hypothesis.directions:

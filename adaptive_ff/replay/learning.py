@@ -59,7 +59,7 @@ def make_learner(
     """Return a learner; usual speed (rad/s), torque (N m) and acceleration (rad/s^2) scale what is not known."""
     waves = np.array([*([1.0] if gravity else []), *(2.0 * np.pi / period for period in ripples)])
     hypothesis = Hypothesis(1.0, fast * np.array(PATHS), directions, waves, np.empty(0), 0, 0.0, 1.0, False, 0, 1.0)
-    curve = Curve(FIRST_LAG, stribeck_velocity, 1.0, 1.0, 0.0)
+    curve = Curve(FIRST_LAG, stribeck_velocity, 1.0, 1.0, 1.0, 0.0)
     names = list(COLUMNS) + (["stiction_asymmetry", "viscous_asymmetry"] if directions else [])
     names += ["gravity_sin", "gravity_cos"] if gravity else []
     names += [f"ripple_{part}_{number}" for number in range(1, len(ripples) + 1) for part in ("sin", "cos")]

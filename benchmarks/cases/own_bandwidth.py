@@ -1,19 +1,23 @@
 """Controllers in the loop whose bandwidth suits each best, chosen on seeds that are not reported.
 
 On a common PI loop a good compensator is held to the bandwidth that suits the others, and a weak one is helped by a
-loop that is slow. Here each takes the bandwidth at which its settled error is least, up to the fastest loop that a
-maximum sensitivity of 1.7 allows.
+loop that is slow. Here each takes the bandwidth of ``auto``: what suits tracking and a step of the load, up to the
+fastest loop that a maximum sensitivity of 1.7 allows.
 """
 
+import tomllib
 from functools import partial
+from typing import Any
 
 import numpy as np
 
-from adaptive_ff import Scenario, load_scenario
-from adaptive_ff.comparison.own_bandwidth import find_own_bandwidth, settled_error, with_bandwidth
+from adaptive_ff import Scenario, load_scenario, parse_scenario, simulate
+from adaptive_ff.comparison.own_bandwidth import find_own_bandwidth, loaded, settled_error, with_bandwidth
 from adaptive_ff.comparison.reference_lines import NOISE_FLOOR, noise_floor
 from adaptive_ff.comparison.registry import CONTROLLERS
 from adaptive_ff.scenario.library import SCENARIOS
+from adaptive_ff.scenario.new import Encoder, new_scenario_text
+from adaptive_ff.simulation.tracking_errors import ratios, tracking_errors
 from adaptive_ff.studies.study import Found
 from benchmarks.suite import Case
 
@@ -46,6 +50,59 @@ def run_scenario(name: str, seeds: list[int], controllers: list[str]) -> Found:
             if error in one:
                 one[gain] = found["pi"][error] / one[error]
     return {"": {"row": name}, **found}
+
+
+DATA_SHEETS: dict[str, dict[str, Any]] = {
+    "data_sheet": {},
+    "heavy": {"inertia": 20.0, "torque": 400.0, "speed": 2.5},
+    "servo": {"inertia": 2e-4, "torque": 1.3, "speed": 314.0},
+    "linear": {"inertia": 100.0, "torque": 400.0, "speed": 0.5, "linear": True},
+    "light": {"inertia": 0.05, "torque": 5.0, "speed": 10.0},
+    "heavy_100hz": {"inertia": 20.0, "torque": 400.0, "speed": 2.5, "period": 0.01},
+    "2khz": {"period": 5e-4},
+    "late": {"delay": 0.001},
+    "motor_encoder": {"encoder": Encoder(4096, at_motor=True), "gear_ratio": 50.0},
+    "joint_encoder": {"encoder": Encoder(2**20)},
+    "coarse_encoder": {"encoder": Encoder(4096)},
+}
+"""Numbers of data sheets other than those of ``data_sheet``, 0.5 kg m^2, 20 N m and 6 rad/s at 1 kHz, by name."""
+
+LOADED_TIME = 40.0
+"""Length of the runs with a step of the load, s: it comes after three quarters of it."""
+
+
+def run_data_sheet(name: str, seeds: list[int], controllers: list[str]) -> Found:
+    """Compare controllers, each at its own bandwidth, with PI at its own, before and after a step of the load.
+
+    ``settled`` is PI's settled error over the controller's before the step, ``window`` the controller's error over PI's
+    in the worst window of 5 s of those from half of the run on, both pooled over seeds; ``own_bandwidth`` is in Hz.
+    """
+    sheet = {"inertia": 0.5, "torque": 20.0, "speed": 6.0, **DATA_SHEETS[name]}
+    scenario = parse_scenario(tomllib.loads(new_scenario_text(**sheet)), name).modified(duration=LOADED_TIME)
+    errors, best = {}, {}
+    for controller in controllers:
+        best[controller] = find_own_bandwidth(scenario, CONTROLLERS[controller]).best
+        at = with_bandwidth(loaded(scenario), best[controller])
+        runs = [simulate(at.modified(seed=seed), controller) for seed in seeds]
+        squares = np.mean([(run.reference - run.velocity) ** 2 for run in runs], axis=0)
+        errors[controller] = tracking_errors(squares[squares.size // 2 :], at.joint.solver_period)
+    return {
+        "": {"row": name},
+        **{
+            controller: {
+                "settled": errors["pi"].windows[0] / own.windows[0],
+                "window": ratios(errors["pi"], own)["window"],
+                "own_bandwidth": best[controller],
+            }
+            for controller, own in errors.items()
+        },
+    }
+
+
+def data_sheets(count: int, first: int = 1) -> list[Case]:
+    """Return the joints of data sheets, each over as many seeds."""
+    seeds = list(range(first, first + count))
+    return [Case(name, first, partial(run_data_sheet, name, seeds)) for name in DATA_SHEETS]
 
 
 def _median(scenarios: list[Scenario], controller: str) -> float:

@@ -9,7 +9,7 @@ from adaptive_ff.friction.along import columns_along
 from adaptive_ff.friction.columns import COULOMB, INERTIA, PATHS, STICTION, VISCOUS, Curve, Hypothesis
 
 PERIOD, FINE = 0.01, 40
-CURVE = Curve(lag=0.02, stribeck_velocity=0.05, coulomb=60.0, stiction=90.0, hold=0.0)
+CURVE = Curve(lag=0.02, stribeck_velocity=0.05, coulomb=60.0, stiction=90.0, viscous=80.0, hold=0.0)
 HYPOTHESIS = Hypothesis(1.0, np.array([0.01]), False, np.ones(1), np.zeros(0), 0, 0.0, 1.0, False, 0, 1.0)
 
 
@@ -27,12 +27,12 @@ def means(values, size):
     return values[: size * FINE].reshape(size, FINE).mean(axis=1)
 
 
-@pytest.mark.parametrize("place", [COULOMB, STICTION])
+@pytest.mark.parametrize("place", [VISCOUS, COULOMB, STICTION])
 def test_friction_follows_its_static_curve_with_the_lag(place):
     velocity = a_motion()
     fine = finely(velocity)
     sticking = np.exp(-np.abs(fine) / CURVE.stribeck_velocity)
-    static = np.sign(fine) * (sticking if place == STICTION else 1.0 - sticking)
+    static = {COULOMB: np.sign(fine) * (1.0 - sticking), STICTION: np.sign(fine) * sticking, VISCOUS: fine}[place]
     lagged, follows = np.zeros(fine.size), math.exp(-PERIOD / FINE / CURVE.lag)
     for k in range(1, fine.size):
         lagged[k] = static[k] + (lagged[k - 1] - static[k]) * follows
@@ -57,16 +57,15 @@ def test_sensitivities_are_those_of_differences(field, place):
     velocity, step = a_motion(), 1e-4
     moved = CURVE._replace(**{field: getattr(CURVE, field) * math.exp(step)})
     first, second = (columns_along(HYPOTHESIS, curve, velocity, PERIOD) for curve in (CURVE, moved))
-    coefficients = np.array([CURVE.coulomb, CURVE.stiction])
-    differences = (second - first)[:, [COULOMB, STICTION]] @ coefficients / step
+    coefficients = np.array([CURVE.coulomb, CURVE.stiction, CURVE.viscous])
+    differences = (second - first)[:, [COULOMB, STICTION, VISCOUS]] @ coefficients / step
     np.testing.assert_allclose(first[:, place], differences, atol=2e-3 * np.abs(differences).max())
 
 
-def test_inertia_viscous_friction_and_gravity_are_what_they_say():
+def test_inertia_and_gravity_are_what_they_say():
     velocity, position = a_motion(), np.linspace(0.0, 3.0, a_motion().size - 1)
     columns = columns_along(HYPOTHESIS, CURVE, velocity, PERIOD, position)
     np.testing.assert_allclose(columns[:, INERTIA], np.diff(velocity) / PERIOD)
-    np.testing.assert_allclose(columns[:, VISCOUS], 0.5 * (velocity[1:] + velocity[:-1]))
     np.testing.assert_allclose(columns[:, PATHS + 1], np.sin(position))
     np.testing.assert_allclose(columns[:, PATHS + 2], np.cos(position))
 
