@@ -15,6 +15,9 @@ NOT_NEGATIVE = frozenset({"inertia", "coulomb", "viscous"})
 RIDGE = 1e-10
 """Added to the scaled normal equations, against exact collinearity."""
 
+TORQUES = ("offset", "gravity_", "force_")
+"""Beginnings of names of parameters that are torques without dissipation: about as large as the log's, beforehand."""
+
 NOISE_SHARE = 0.5
 """Largest share of a column's square that is taken for noise."""
 
@@ -27,7 +30,7 @@ class Blocks(NamedTuple):
     names : tuple of str
         Names of the columns.
     gram, clean : ndarray, shape (blocks, n, n)
-        Products of the columns, and the same freed of the noise of the measured motion in them.
+        Products of the columns, and the same freed of the noise of the measured motion in them, with the prior's.
     moment : ndarray, shape (blocks, n)
         Products of columns and torque.
     power, rows : ndarray, shape (blocks,)
@@ -73,8 +76,20 @@ def sums(
     clean, variance = gram.copy(), np.array([noise.get(name, 0.0) for name in names])
     places = np.arange(len(names))
     own = gram[:, places, places]
-    clean[:, places, places] = own - np.minimum(np.outer(count, variance), NOISE_SHARE * own)
+    prior = _prior(names, gram.sum(axis=0), moment.sum(axis=0), power.sum(), count.sum()) / count.size**2
+    clean[:, places, places] = own - np.minimum(np.outer(count, variance), NOISE_SHARE * own) + prior
     return Blocks(names, gram, clean, moment, power, count)
+
+
+def _prior(names: tuple[str, ...], gram: Array, moment: Array, power: float, rows: float) -> Array:
+    """Return the precision of the prior, in units of that of a row, were all errors of a block one.
+
+    Over a short way offset and both parts of gravity are nearly one column: least squares would find a hundred times
+    the torque of the log, with opposite signs.
+    """
+    values = solve(gram, moment, names)
+    left = max(0.0, power - 2.0 * float(values @ moment) + float(values @ gram @ values)) / max(power, 1e-300)
+    return np.array([left * rows if name.startswith(TORQUES) else 0.0 for name in names])
 
 
 def solve(gram: Array, moment: Array, names: tuple[str, ...], *, bounded: bool = True) -> Array:

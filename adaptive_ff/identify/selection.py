@@ -28,7 +28,7 @@ class Rule(NamedTuple):
     gain: float
 
 
-REFINEMENT, WEIGHT = Rule(1.5, 0.1), Rule(1.5, 0.03)
+REFINEMENT, WEIGHT = Rule(1.5, 0.1), Rule(0.7, 0.03)
 """For refinements, and for gravity, which most rotary joints have."""
 
 DIFFERENT = Rule(1.5, 0.0)
