@@ -4,10 +4,11 @@ import math
 import re
 import shlex
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
+from adaptive_ff.cli.options import Columns, MeasuredColumns
 from adaptive_ff.errors import InputError
 
 if TYPE_CHECKING:
@@ -18,65 +19,123 @@ CURRENT = re.compile(r"(current|amp(ere)?s?|(^|_)i_?q(_|$)|_A$)(\[\d+\])?", re.I
 """Name of a column that is a current."""
 
 
+class Chosen(NamedTuple):
+    """Columns by role, factors by column, the period where there is no time, and whether the torque is a current."""
+
+    columns: dict[str, str]
+    scales: dict[str, float]
+    period: float | None
+    is_current: bool
+
+    def read(self, path: Path, extra: Mapping[str, str] | None = None) -> "Log":
+        """Read a log, with further columns by the name that they get."""
+        from adaptive_ff.logs.log import read_log
+
+        return read_log(path, **self.columns, period=self.period, extra=extra, scale=self.scales)
+
+    @property
+    def sentence(self) -> str:
+        """Says which columns were taken."""
+        taken = (f"{role.replace('_', ' ')} {column}" for role, column in self.columns.items())
+        return f"Columns: {', '.join(taken)}."
+
+
 def chosen_columns(
     log: Path,
-    time: str | None,
-    period: float | None,
-    position: str | None,
-    velocity: str | None,
-    torque: str | None,
-    known_torque: str | None = None,
+    given: Columns,
+    *,
+    linear: bool,
     ending: str = "",
-) -> dict[str, str]:
-    """Return the column of each role; where none is named, the one of a usual name.
+    further: Mapping[str, str] | None = None,
+    takes_current: bool = True,
+    voltage: str | None = None,
+    resistance: float | None = None,
+) -> Chosen:
+    """Return the columns that are named, else those of usual names; warn of units without a factor.
 
-    The ending is that of the options that name them, for messages.
+    Parameters
+    ----------
+    log : Path
+        The log, whose columns may have a row of units.
+    given : Columns
+        What is named; the torque of a group without a torque constant may have any unit.
+    linear : bool
+        Whether the joint is a linear axis.
+    ending : str, optional
+        That of the options that name columns, for messages.
+    further : mapping of str to str, optional
+        Further columns by role.
+    takes_current : bool, optional
+        Whether a current will do as the torque.
+    voltage : str, optional
+        Column of the motor's voltage, instead of a torque.
+    resistance : float, optional
+        That of the motor, ohm.
+
+    Raises
+    ------
+    InputError
+        Options contradict each other, a factor is none, or the torque is a current where it must not be.
     """
+    from adaptive_ff.logs.columns import read_scales, with_units
+
+    columns, factors = _by_role(log, given, voltage, ending), read_scales(given.scale or [])
+    if not isinstance(given, MeasuredColumns):
+        motion = {role: column for role, column in columns.items() if role in ("time", "position")}
+        warn_of_units(with_units(log, motion), motion, factors, linear=linear)
+        return Chosen(columns, factors, given.period, False)
+    constant, torque, together = given.torque_constant, columns["torque"], {**columns, **(further or {})}
+    scales = _with_torque_constant(factors, torque, constant, resistance, is_voltage=voltage is not None)
+    named = with_units(log, together)
+    is_current = constant is None and is_in_amperes(named["torque"], factors.get(torque))
+    if is_current and not takes_current:
+        raise InputError(
+            f"{log}: the column {torque} seems to be a current in A; give --torque-constant, in N m/A (N/A)"
+        )
+    warn_of_units(named, together, factors, linear=linear)
+    return Chosen(columns, scales, given.period, is_current)
+
+
+def _by_role(log: Path, given: Columns, voltage: str | None, ending: str) -> dict[str, str]:
+    """Return the column of each role; where none is named, the one of a usual name."""
     from adaptive_ff.logs.columns import column_names, usual_column
 
-    if time is not None and period is not None:
-        raise InputError("--time and --period are both given; give one of them")
-    if position is not None and velocity is not None:
-        raise InputError(f"--position{ending} and --velocity{ending} are both given; give one of them")
-    chosen = {"time": time, "position": position, "velocity": velocity, "torque": torque}
+    velocity = given.velocity if isinstance(given, MeasuredColumns) else None
+    for one, other, names in (
+        (given.time, given.period, "--time and --period"),
+        (given.position, velocity, f"--position{ending} and --velocity{ending}"),
+        (voltage, given.torque, "--voltage and --torque"),
+    ):
+        if one is not None and other is not None:
+            raise InputError(f"{names} are both given; give one of them")
+    chosen = {"time": given.time, "position": given.position, "velocity": velocity, "torque": voltage or given.torque}
     columns = {role: column for role, column in chosen.items() if column is not None}
-    names: list[str] | None = None
+    there: list[str] | None = None
     for roles in (("time",), ("position", "velocity"), ("torque",)):
-        if any(role in columns for role in roles) or (roles == ("time",) and period is not None):
+        if any(role in columns for role in roles) or (roles == ("time",) and given.period is not None):
             continue
-        names = column_names(log) if names is None else names
-        role, column = usual_column(log, names, roles, ending)
+        there = column_names(log) if there is None else there
+        role, column = usual_column(log, there, roles, ending)
         columns[role] = column
-    return columns if known_torque is None else {**columns, "known_torque": known_torque}
+    return columns if given.known_torque is None else {**columns, "known_torque": given.known_torque}
 
 
-def columns_taken(columns: Mapping[str, str]) -> str:
-    """Return a sentence that says which columns were taken."""
-    return "Columns: " + ", ".join(f"{role.replace('_', ' ')} {column}" for role, column in columns.items()) + "."
-
-
-def with_torque_constant(
-    scales: Mapping[str, float],
-    columns: Mapping[str, str],
-    torque_constant: float | None,
-    resistance: float | None = None,
-    *,
-    is_voltage: bool = False,
+def _with_torque_constant(
+    scales: Mapping[str, float], torque: str, constant: float | None, resistance: float | None, *, is_voltage: bool
 ) -> dict[str, float]:
     """Return the factors by column with that of a current, N m/A (N/A), or of a voltage, in that of the torque."""
-    for option, value in (("--torque-constant", torque_constant), ("--resistance", resistance)):
+    for option, value in (("--torque-constant", constant), ("--resistance", resistance)):
         if value is not None and (not math.isfinite(value) or value == 0.0):
             raise InputError(f"{option} = {value:g} is not allowed: it must be finite and not zero")
-    if is_voltage and (torque_constant is None or resistance is None or resistance < 0.0):
+    if is_voltage and (constant is None or resistance is None or resistance < 0.0):
         raise InputError(
             "--voltage takes --resistance, in ohm, positive, and --torque-constant, in N m/A (N/A), as well"
         )
     if resistance is not None and not is_voltage:
         raise InputError("--resistance is that of a motor whose voltage is given; give --voltage, too")
-    if torque_constant is None:
+    if constant is None:
         return dict(scales)
-    factor = torque_constant / (resistance or 1.0)
-    return {**scales, columns["torque"]: factor * scales.get(columns["torque"], 1.0)}
+    return {**scales, torque: constant / (resistance or 1.0) * scales.get(torque, 1.0)}
 
 
 def is_current(column: str) -> bool:
@@ -84,73 +143,6 @@ def is_current(column: str) -> bool:
     from adaptive_ff.logs.column_units import says_amperes
 
     return CURRENT.search(column) is not None or says_amperes(column)
-
-
-class Factors(NamedTuple):
-    """What the columns of a log are multiplied by.
-
-    Attributes
-    ----------
-    scales : dict of str to float
-        Factors by column, with the torque constant in that of the torque.
-    is_current : bool
-        Whether the column of the torque is a current that no factor turns into a torque.
-    """
-
-    scales: dict[str, float]
-    is_current: bool
-
-
-def column_factors(
-    path: Path,
-    columns: Mapping[str, str],
-    scale: Sequence[str],
-    torque_constant: float | None,
-    *,
-    linear: bool,
-    further: Mapping[str, str] | None = None,
-    takes_current: bool = True,
-    resistance: float | None = None,
-    is_voltage: bool = False,
-) -> Factors:
-    """Return the factors that a user gave, and warn of units that columns say and no factor was given for.
-
-    Parameters
-    ----------
-    path : Path
-        The log, whose columns may have a row of units.
-    columns, further : mapping of str to str
-        Column by role, and those that a replay has beside them.
-    scale : sequence of str
-        Factors as ``--scale`` takes them.
-    torque_constant : float or None
-        N m/A (N/A).
-    linear : bool
-        Whether the joint is a linear axis.
-    takes_current : bool, optional
-        Whether a current will do as the torque.
-    resistance : float, optional
-        Of a motor whose voltage is given, ohm.
-    is_voltage : bool, optional
-        Whether the torque is a voltage.
-
-    Raises
-    ------
-    InputError
-        A factor is none, or the torque is a current where it must not be.
-    """
-    from adaptive_ff.logs.columns import read_scales, with_units
-
-    given = read_scales(scale)
-    scales = with_torque_constant(given, columns, torque_constant, resistance, is_voltage=is_voltage)
-    named = with_units(path, {**columns, **(further or {})})
-    is_current = torque_constant is None and is_in_amperes(named["torque"], given.get(columns["torque"]))
-    if is_current and not takes_current:
-        raise InputError(
-            f"{path}: the column {columns['torque']} seems to be a current in A; give --torque-constant, in N m/A (N/A)"
-        )
-    warn_of_units(named, {**columns, **(further or {})}, given, linear=linear)
-    return Factors(scales, is_current)
 
 
 def is_in_amperes(named: str, factor: float | None) -> bool:
@@ -203,26 +195,3 @@ def warn_of_units(
                 f"--scale {shlex.quote(f'{column}={unit.factor}')}",
                 stacklevel=2,
             )
-
-
-def read_columns(
-    path: Path,
-    columns: Mapping[str, str],
-    period: float | None,
-    scales: Mapping[str, float],
-    extra: Mapping[str, str] | None = None,
-) -> "Log":
-    """Read a log with columns by role, and further ones by the name that they get."""
-    from adaptive_ff.logs.log import read_log
-
-    return read_log(
-        path,
-        torque=columns["torque"],
-        position=columns.get("position"),
-        velocity=columns.get("velocity"),
-        time=columns.get("time"),
-        period=period,
-        extra=extra,
-        scale=scales,
-        known_torque=columns.get("known_torque"),
-    )

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from adaptive_ff.cli.columns import chosen_columns, column_factors, columns_taken, read_columns
+from adaptive_ff.cli.columns import chosen_columns
 from adaptive_ff.cli.options import Limits, LogColumns, Output, ScenarioFile, TorqueDelay
 from adaptive_ff.cli.output import bars, warn
 from adaptive_ff.errors import InputError
@@ -142,11 +142,8 @@ def _given(
         if any(value not in (None, []) for value in (*vars(given).values(), torque_delay)):
             raise InputError("columns, --scale, --torque-constant and --torque-delay are those of a --log; give one")
         return None, []
-    motion = given.time_column, None, given.position_column, given.velocity_column
-    chosen = chosen_columns(log, *motion, given.torque_column, given.known_torque, ending="-column")
-    constant = given.torque_constant
-    scales, _ = column_factors(log, chosen, given.scale or [], constant, linear=linear, takes_current=False)
-    return read_columns(log, chosen, None, scales), [columns_taken(chosen)]
+    chosen = chosen_columns(log, given.measured(), linear=linear, ending="-column", takes_current=False)
+    return chosen.read(log), [chosen.sentence]
 
 
 def _taken_from(source: str, found: "LogIdentification") -> list[str]:

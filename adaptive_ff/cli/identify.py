@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from adaptive_ff.cli.columns import chosen_columns, column_factors, columns_taken, read_columns, warn_of_units
+from adaptive_ff.cli.columns import chosen_columns
 from adaptive_ff.cli.options import (
     Columns,
     Linear,
@@ -78,28 +78,21 @@ def identify_command(
     from adaptive_ff.report.log_pictures import PICTURES
 
     simulators = named_parts(write, tuple(SIMULATORS), "--write {name} is not known; allowed: {known}")
-    motion, period = (columns.time, columns.period, columns.position, columns.velocity), columns.period
-    taken = chosen_columns(log, *motion, voltage or columns.torque, columns.known_torque)
-    if voltage is not None and columns.torque is not None:
-        raise InputError("--voltage and --torque are both given; give one of them")
-    constant, linear, has_voltage = columns.torque_constant, regression.linear, voltage is not None
-    scales, is_current = column_factors(
-        log, taken, columns.scale or [], constant, linear=linear, resistance=resistance, is_voltage=has_voltage
-    )
-    given = read_columns(log, taken, period, scales)
-    other = None if validate is None else read_columns(validate, taken, period, scales)
+    constant, linear = columns.torque_constant, regression.linear
+    taken = chosen_columns(log, columns, linear=linear, voltage=voltage, resistance=resistance)
+    given, other = taken.read(log), None if validate is None else taken.read(validate)
     with output.results() as results:
         with progress_bars(error_console()) as progress:
             progress.add_task("identify", total=None)
             found = identify_log(
-                given, validation=other, is_current=is_current, **vars(regression), **over_position.arguments()
+                given, validation=other, is_current=taken.is_current, **vars(regression), **over_position.arguments()
             )
         refused = _write_scenario(found, results.stage)
         for name in simulators:
             (results.stage / ENDINGS[name]).write_text(found.simulator(name), encoding="utf-8")
-        result = {**found.to_dict(), "columns": taken, "scenario": SCENARIO if refused is None else None}
+        result = {**found.to_dict(), "columns": taken.columns, "scenario": SCENARIO if refused is None else None}
         page = {} if refused else {SCENARIO: (results.stage / SCENARIO).read_text(encoding="utf-8")}
-        shown = _shown(found, taken, refused, output.out, details=details)
+        shown = _shown(found, taken.sentence, refused, output.out, details=details)
         title = f"Joint identified from {log}"
         results.write_series(found)
         results.write("identification.json", result, shown, found.plot(None), title=title, details=page)
@@ -132,9 +125,7 @@ def _write_scenario(found: "LogIdentification", stage: Path) -> str | None:
     return None
 
 
-def _shown(
-    found: "LogIdentification", columns: dict[str, str], refused: str | None, out: Path, *, details: bool
-) -> list[Any]:
+def _shown(found: "LogIdentification", columns: str, refused: str | None, out: Path, *, details: bool) -> list[Any]:
     from adaptive_ff.report.identified import details as explained
     from adaptive_ff.report.identified import map_table, next_step, parameters_table, verdict_lines
 
@@ -142,7 +133,7 @@ def _shown(
     tables = [table for table in (parameters_table(found), map_table(found)) if table is not None]
     step = next_step(found, str(out), written=refused is None)
     further = explained(found) if details else []
-    return [*tables, columns_taken(columns), *verdict_lines(found), *unwritten, step, *further]
+    return [*tables, columns, *verdict_lines(found), *unwritten, step, *further]
 
 
 def _left_behind(out: Path) -> str:
@@ -184,19 +175,14 @@ def score_command(
 ) -> None:
     """Identify one log, and simulate another one with that model from its torque alone, in open loop."""
     from adaptive_ff.identify.score import score_log
-    from adaptive_ff.logs.columns import read_scales, with_units
     from adaptive_ff.report.identified import parameters_table, score_lines
 
-    period, position = columns.period, columns.position
-    taken = chosen_columns(train, columns.time, period, position, None, columns.torque, columns.known_torque)
-    scales = read_scales(columns.scale or [])
-    motion = {role: column for role, column in taken.items() if role in ("time", "position")}
-    warn_of_units(with_units(train, motion), motion, scales, linear=linear)  # the torque may have any unit
-    logs = [read_columns(path, taken, period, scales) for path in (train, test)]
+    taken = chosen_columns(train, columns, linear=linear)
+    logs = [taken.read(path) for path in (train, test)]
     with output.results() as results:
         score = score_log(*logs, linear=linear, torque_delay=torque_delay, **over_position.arguments())
-        shown = [parameters_table(score.found), columns_taken(taken), *score_lines(score)]
-        title, result = f"Model of {train}, simulated on {test}", {**score.to_dict(), "columns": taken}
+        shown = [parameters_table(score.found), taken.sentence, *score_lines(score)]
+        title, result = f"Model of {train}, simulated on {test}", {**score.to_dict(), "columns": taken.columns}
         results.write("score.json", result, shown, score.plot(None), title=title)
         results.shown.append(f"score.json and its picture are in {output.out}")
     warn(score.cautions)

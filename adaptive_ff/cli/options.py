@@ -227,6 +227,10 @@ class LogColumns:
     scale: Scale = None
     torque_constant: TorqueConstant = None
 
+    def measured(self) -> MeasuredColumns:
+        """Return them by the names of other commands."""
+        return MeasuredColumns(**{name.removesuffix("_column"): value for name, value in vars(self).items()})
+
 
 @dataclass
 class OverPosition:

@@ -6,7 +6,7 @@ from typing import Annotated, Any
 
 import typer
 
-from adaptive_ff.cli.columns import chosen_columns, column_factors, columns_taken, read_columns
+from adaptive_ff.cli.columns import chosen_columns
 from adaptive_ff.cli.options import Linear, LogFile, MeasuredColumns, TorqueDelay, ViewerOutput
 from adaptive_ff.cli.output import bars, warn_of_skips
 from adaptive_ff.errors import InputError
@@ -77,21 +77,20 @@ def replay_command(
     for name, instead in REPLACED.items():
         if getattr(former, name) is not None:
             raise InputError(f"--{name.replace('_', '-')} is no longer taken: {instead}")
-    motion = columns.time, columns.period, columns.position, columns.velocity
-    taken = chosen_columns(log, *motion, columns.torque, columns.known_torque)
     extra = {} if feedforward is None else {FEEDFORWARD: feedforward}
-    factors, constant = columns.scale or [], columns.torque_constant
-    scales, is_current = column_factors(log, taken, factors, constant, linear=learning.linear, further=extra)
-    given = read_columns(log, taken, columns.period, scales, extra)
+    taken = chosen_columns(log, columns, linear=learning.linear, further=extra)
+    given = taken.read(log, extra)
     saved, ripples = None if state is None else read_state(state), tuple(ripple_period or ())
     with output.results(save_state) as results:
         with bars(loop=learn_in_place):
-            found = replay_log(given, ripple_periods=ripples, state=saved, is_current=is_current, **vars(learning))
-        shown = [left_table(found), *replay_lines(found.verdict), columns_taken(taken), *found.notes]
+            found = replay_log(
+                given, ripple_periods=ripples, state=saved, is_current=taken.is_current, **vars(learning)
+            )
+        shown = [left_table(found), *replay_lines(found.verdict), taken.sentence, *found.notes]
         for name, estimates in found.estimates.items():
             values = ", ".join(f"{key} {value:.4g} {found.units[key]}" for key, value in estimates.items())
             shown.append(f"Estimates at the end, {name}: {values}")
-        result = {**found.to_dict(), "columns": taken}
+        result = {**found.to_dict(), "columns": taken.columns}
         results.write_series(found)
         results.write("replay.json", result, shown, found.plot(None), title=f"Replay of {log}")
         if save_state is not None:

@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 from adaptive_ff.identify.result import LogIdentification
 from adaptive_ff.identify.score import Score
 from adaptive_ff.replay.replay import COLD, FIXED, RECORDED, SAVED, Replay
-from adaptive_ff.report.style import INK, MEASURED, Look, Panel, Series, picture, write_into
+from adaptive_ff.report.style import INK, MEASURED, Look, Panel, Series, peak_of, picture, write_into
 
 MODEL: Look = {"color": "#d55e00", "linewidth": 1.0, "label": "inertia and friction as identified"}
 LEFT: Look = {"color": "#0072b2", "linewidth": 0.8, "label": "measured − identified"}
@@ -154,6 +154,7 @@ def _torques(replay: Replay) -> Figure:
     needed, near = (time, series.needed, NEEDED), _close_up(time, series.needed)
     whole = (float(time[0]), float(time[-1]))
     left = {name: series.needed - series.feedforward[name] for name in names}
+    high = 1.3 * peak_of(series.needed)
     limit = 1.3 * float(np.quantile(np.abs(np.concatenate(list(left.values()))), 0.998))
     title = (
         f"{Path(replay.name).name}: torque that was needed ({unit}), band {replay.band:.3g} Hz; shaded: the close-up"
@@ -164,6 +165,7 @@ def _torques(replay: Replay) -> Figure:
             f"close-up ({unit}): {LOOKS[name]['label']}",
             [needed, (time, series.feedforward[name], LOOKS[name])],
             span=near,
+            limits=(-high, high) if high > 0.0 else None,
         )
         for name in names
     ]

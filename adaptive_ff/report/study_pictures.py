@@ -168,8 +168,8 @@ def plot_sweep(outcomes: Sequence[Outcome], source: str, worst: int = 3) -> Figu
             cases.plot([one.fall for one in ran], gains, ".", color=look["color"], alpha=0.6, zorder=2.2)
         marked = sorted(run, key=lambda outcome: outcome.ratio("rms_error", "pi", OURS))[:worst]
         for rank, one in enumerate(marked, start=1):
-            number: Any = {"marker": f"${rank}$", "markersize": 9.0, "zorder": 3.0, "markeredgewidth": 0.2}
-            cases.plot(one.fall, one.ratio("rms_error", "pi", OURS), color=INK, **number)
+            place = (one.fall, one.ratio("rms_error", "pi", OURS))
+            cases.annotate(str(rank), place, (4.0, 3.0), textcoords="offset points", size=8.0, weight="bold")
         for axes, line in ((settled, settled.axvline), (whole, whole.axvline), (cases, cases.axhline)):
             line(1.0, **SAME)
             axes.set(**{f"{'y' if axes is cases else 'x'}scale": "log"})
@@ -184,8 +184,8 @@ def plot_sweep(outcomes: Sequence[Outcome], source: str, worst: int = 3) -> Figu
         label_above(settled, f"percentage of {len(run)} joints")
         label_above(whole, "percentage of the joints")
         label_above(cases, "whole run: error of pi over the controller's; numbers: worst cases of adaptive")
-        settled.set_xlabel("settled: error of pi over the controller's (more is better)")
-        whole.set_xlabel("whole run: error of pi over the controller's (more is better)")
+        settled.set_xlabel("settled: error of pi over theirs (more is better)")
+        whole.set_xlabel("whole run: error of pi over theirs (more is better)")
         cases.set_xlabel("steepest fall of friction over Kp; right of the dotted line pi itself hunts")
         key: Look = {"marker": "$1$", "linestyle": "", "color": INK, "label": "worst-1.toml and on"}
         explain_looks(figure, [*looks.values(), SAME, key])
