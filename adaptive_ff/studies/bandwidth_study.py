@@ -198,6 +198,7 @@ def study_bandwidths(
         trials,
         names,
         workers=workers,
+        threads=True,
         progress=None if progress is None else lambda done: progress(share * done),
     )
     errors = {name: np.reshape([one[name] for one in found.values()], (len(tried), seeds, 2)) for name in names}
@@ -208,6 +209,7 @@ def study_bandwidths(
         {str(seed): seed for seed in reported_seeds},
         names,
         workers=workers,
+        threads=True,
         progress=None if progress is None else lambda done: progress(share + (1.0 - share) * done),
     )
     medians = {name: np.median([one[name] for one in reported.values()], axis=0).tolist() for name in names}

@@ -102,7 +102,7 @@ def run_matrix(
         Own controllers by name, run beside those; see :func:`adaptive_ff.comparison.own.make_own`. Results are kept of
         those that are given as ``FILE.py:NAME``, until that file changes.
     executor : concurrent.futures.Executor, optional
-        Where the runs go, such as that of a Dask client; by default processes on all cores.
+        Where the runs go, such as that of a Dask client; by default all cores.
     progress : callable, optional
         Is called with the share done, from 0 to 1.
     """
@@ -119,6 +119,7 @@ def run_matrix(
         store=Store(folder / "runs.jsonl", fingerprint([__name__]), marks),
         executor=executor,
         workers=None if can_be_sent(own) else 1,
+        threads=not own,
         progress=progress,
     )
     return {job: {name: found[keys[job]][name] for name in (*controllers, *own)} for job in jobs}

@@ -24,6 +24,7 @@ def run_study(
     store: "Store | None" = None,
     executor: Executor | None = None,
     workers: int | None = None,
+    threads: bool = False,
     progress: Callable[[float], None] | None = None,
 ) -> dict[str, Found]:
     """Run controllers on cases.
@@ -31,7 +32,7 @@ def run_study(
     Parameters
     ----------
     function : callable
-        Runs some of the controllers on a case. It and the cases must be picklable unless one process does all.
+        Runs some of the controllers on a case. It and the cases must be picklable where other processes do it.
     cases : mapping
         Cases by a key that is unique and stays the same from one call to the next.
     controllers : collection of str
@@ -42,6 +43,9 @@ def run_study(
         Where the runs go, such as that of a cluster; by default processes here.
     workers : int, optional
         Number of processes, by default one a core; with one, all runs are done in this process.
+    threads : bool, optional
+        Whether two workers may be threads, since most of a case is a compiled loop, which releases the lock of the
+        interpreter; a third would wait for it.
     progress : callable, optional
         Is called with the fraction done, from 0 to 1.
 
@@ -54,7 +58,7 @@ def run_study(
     missing = {key: [name for name in controllers if name not in found] for key, found in results.items()}
     missing = {key: names for key, names in missing.items() if names}
     done = len(cases) - len(missing)
-    for key, found in _run(function, cases, missing, executor, workers):
+    for key, found in _run(function, cases, missing, executor, workers, threads):
         results[key] |= found
         if store is not None:
             store.add(key, found)
@@ -70,6 +74,7 @@ def _run(
     missing: dict[str, list[str]],
     executor: Executor | None,
     workers: int | None,
+    threads: bool,
 ) -> Iterator[tuple[str, Found]]:
     """Yield what each case gives; the first runs here, so that workers find the controllers compiled."""
     if not missing:
@@ -80,7 +85,7 @@ def _run(
         for key, names in others:
             yield key, function(cases[key], names)
         return
-    pool = pool_of_workers(workers) if executor is None else executor
+    pool = pool_of_workers(workers, threads=threads) if executor is None else executor
     try:
         futures = {pool.submit(function, cases[key], names): key for key, names in others}
         for future in as_completed(futures):

@@ -100,7 +100,7 @@ def sweep(
     folder : Path, optional
         Where outcomes are kept as they come, so that a call that was interrupted goes on where it stopped.
     executor : concurrent.futures.Executor, optional
-        Where the runs go, such as that of a cluster; by default processes on all cores.
+        Where the runs go, such as that of a cluster; by default all cores.
     progress : callable, optional
         Is called with the share done, from 0 to 1.
 
@@ -137,6 +137,7 @@ def sweep(
         store=store,
         executor=executor,
         workers=None if can_be_sent(own) else 1,
+        threads=not own,
         progress=progress,
     )
     return [_outcome(draw, found[str(draw)]) for draw in range(runs)]

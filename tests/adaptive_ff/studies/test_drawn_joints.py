@@ -89,7 +89,7 @@ def test_draw_depends_on_seed_and_number_only(outcomes):
     assert again == ran.metrics["adaptive"]
 
 
-def test_processes_give_the_same_as_one_thread(outcomes):
+def test_several_workers_give_the_same_as_one(outcomes):
     shares = []
     assert sweep(SHORT, 24, seed=5, progress=shares.append) == outcomes
     assert shares == sorted(shares)

@@ -88,3 +88,11 @@ def test_a_file_that_cannot_be_written_is_named(tmp_path):
     (tmp_path / "taken").write_text("")
     with pytest.raises(InputError, match="cannot be written"):
         run_study(Counting(), CASES, ["pi"], store=Store(tmp_path / "taken" / "runs.jsonl", "now"), workers=1)
+
+
+def test_two_workers_are_threads_where_a_study_says_so():
+    def thread(case, names):
+        return {"": threading.current_thread() is threading.main_thread(), **dict.fromkeys(names, 0)}
+
+    found = run_study(thread, CASES, ["pi"], workers=2, threads=True)
+    assert [one[""] for one in found.values()] == [True, False, False, False]
