@@ -277,7 +277,7 @@ KINDS = [
     ("adaptive_ff.assert_no_regression", "comparison", None, A_COMPARISON),
     ("adaptive_ff.compare", "progress", "loud", "it must be a function"),
     ("adaptive_ff.simulate", "progress", 1, "it must be a function"),
-    ("adaptive_ff.simulate", "course", SHORT, r"it must be what lay_course\(scenario\) returns"),
+    ("adaptive_ff.simulate", "setup", SHORT, r"it must be what build_setup\(scenario\) returns"),
     ("adaptive_ff.simulate", "name", 1, "it must be a text"),
     ("adaptive_ff.export_controller", "prefix", 1, "it must be a text"),
     ("adaptive_ff.identify_log", "position_periods", 0.5, "it must be a sequence of periods"),

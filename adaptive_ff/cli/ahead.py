@@ -19,7 +19,7 @@ from adaptive_ff.adaptive.group import JointGroup
 from adaptive_ff.comparison.registry import CONTROLLERS, make_controller
 from adaptive_ff.scenario.library import scenario_names
 from adaptive_ff.scenario.scenario import load_scenario
-from adaptive_ff.simulation.experiment import empty_record, lay_course
+from adaptive_ff.simulation.experiment import build_setup, empty_record
 from adaptive_ff.simulation.loop import run_compiled, start_position
 from controllers import INLINED, Native, difference_velocity, direct_velocity, kalman_velocity, low_pass_velocity
 from controllers.delay import LENGTHS
@@ -51,10 +51,10 @@ def compile_steps(name: str, length: int) -> None:
 
 def compile_loop(scenario: str, estimator: str, name: str, length: int) -> None:
     """Compile the loop over the joint of a scenario with a velocity estimator; with a step where that is inlined."""
-    course = lay_course(load_scenario(scenario))._replace(observer=ESTIMATORS[estimator]())
+    setup = build_setup(load_scenario(scenario))._replace(observer=ESTIMATORS[estimator]())
     controller = make_controller(load_scenario(), name)
     state = lengthened(controller.state, length)
-    run_compiled(controller.parameters, state, course, start_position(course), 1, empty_record(course, 1, 1))
+    run_compiled(controller.parameters, state, setup, start_position(setup), 1, empty_record(setup, 1, 1))
 
 
 def compile_group() -> None:

@@ -33,7 +33,7 @@ class Guard:
     ] = None
     guard: Annotated[
         list[str] | None,
-        typer.Option(help="Controller to guard; by default all of the baseline but the oracle and the baselines."),
+        typer.Option(help="Controller to guard; by default all of the baseline but the yardsticks."),
     ] = None
     metric: Annotated[list[str] | None, typer.Option(help="Figure to guard, such as rms_error_settled; all.")] = None
 

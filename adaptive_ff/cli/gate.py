@@ -67,6 +67,6 @@ def _by_name(tolerances: list[str]) -> dict[str, str]:
     """Return tolerances by what they are for."""
     found = {}
     for text in tolerances:
-        name, equals, share = text.rpartition("=")
-        found[name.strip() if equals else "default"] = share
+        name, equals, fraction = text.rpartition("=")
+        found[name.strip() if equals else "default"] = fraction
     return found

@@ -71,7 +71,7 @@ class Output(Common):
 
     @contextmanager
     def results(self, *further: Path | None) -> "Iterator[Results]":
-        """Yield what takes the results, and print them when the block ends; the further files are staged as well."""
+        """Yield what takes the results, and print them at the end; the further files are staged as well."""
         from adaptive_ff.cli.output import results
 
         with results(self, *further) as taken:

@@ -164,7 +164,7 @@ def _staged_file(file: Path, stack: ExitStack) -> Path:
 
 
 class Printer(Console):
-    """Standard output, in the form that was asked for; a reader that has seen enough is no error."""
+    """Standard output, in the form that was asked for; a reader that closes it early is no error."""
 
     def show(self, items: Shown) -> None:
         """Print tables and sentences in their order; Markdown and CSV without a sentence between, quiet nothing."""

@@ -98,7 +98,7 @@ def sweep_command(
                 runs,
                 seed,
                 own=mine,
-                rivals=controller or [],
+                further=controller or [],
                 folder=output.out,
                 executor=executor,
                 progress=partial(done, "joints"),

@@ -18,7 +18,7 @@ from adaptive_ff.friction.model import TorqueModel
 from adaptive_ff.identify.identification import identify_log
 from adaptive_ff.logs.log import Log
 from adaptive_ff.scenario.scenario import Scenario
-from adaptive_ff.simulation.experiment import Course, empty_record, lay_course
+from adaptive_ff.simulation.experiment import RunSetup, build_setup, empty_record
 from adaptive_ff.simulation.loop import run_compiled, start_position
 from controllers import PI
 from controllers.arrays import NDArray
@@ -53,16 +53,16 @@ def identify_joint(scenario: Scenario) -> TorqueModel:
 def _identified(text: str) -> TorqueModel:
     """Return the model of a scenario given as JSON text."""
     scenario = Scenario.model_validate_json(text)
-    course = lay_course(scenario)
-    measured, torque = _run(scenario, course)
-    time = course.samples[:-1] * np.float64(course.solver_period)
+    setup = build_setup(scenario)
+    measured, torque = _run(scenario, setup)
+    time = setup.samples[:-1] * np.float64(setup.solver_period)
     log = Log("calibration run", time, torque, velocity=measured)
     found = identify_log(log, torque_delay=0.5 * scenario.sampling.period, model="symmetric").torque_model()
     response = scenario.feedback.inertia / scenario.feedback.gains[0]
 
     def error(lag: float) -> float:
         try:
-            modelled = _modelled(scenario, course, found._replace(friction_lag=float(lag)))
+            modelled = _modelled(scenario, setup, found._replace(friction_lag=float(lag)))
         except ValueError:  # the solver period does not suit it
             return math.inf
         return float(np.mean((_run(scenario, modelled)[0] - measured) ** 2))
@@ -72,25 +72,25 @@ def _identified(text: str) -> TorqueModel:
     return found._replace(friction_lag=float(search.x) if search.fun < error(0.0) else 0.0)
 
 
-def _run(scenario: Scenario, course: Course) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _run(scenario: Scenario, setup: RunSetup) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return measured velocity (rad/s) and torque (N m) of the PI loop."""
     loop = PI(*scenario.feedback.gains, scenario.sampling.period, delay=scenario.assumed_delay)
-    record = empty_record(course, 0)
-    run_compiled(loop.parameters, loop.state, course, start_position(course), course.noise.size, record)
+    record = empty_record(setup, 0)
+    run_compiled(loop.parameters, loop.state, setup, start_position(setup), setup.noise.size, record)
     return record.measured, record.torque
 
 
-def _modelled(scenario: Scenario, course: Course, model: TorqueModel) -> Course:
-    """Return the course with a modelled joint, without noise and gravity."""
+def _modelled(scenario: Scenario, setup: RunSetup, model: TorqueModel) -> RunSetup:
+    """Return the setup with a modelled joint, without noise and gravity."""
     joint = JointModel(
         **{name: getattr(model, name) for name in JointModel.model_fields if name in model._fields},
         solver_period=scenario.joint.solver_period,
     )
-    return course._replace(
+    return setup._replace(
         joint=joint.parameters,
         plan=schedule([], joint.solver_period),
-        resolution=min(course.resolution, FINE),
-        noise=np.zeros_like(course.noise),
-        actuator=course.actuator._replace(gain=1.0),  # the torque that the drive reports is all that is known of it
+        resolution=min(setup.resolution, FINE),
+        noise=np.zeros_like(setup.noise),
+        actuator=setup.actuator._replace(gain=1.0),  # the torque that the drive reports is all that is known of it
         gravity=Gravity(0.0, 0.0),
     )

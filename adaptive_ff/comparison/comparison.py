@@ -17,7 +17,7 @@ from adaptive_ff.scenario.axis_units import axis_unit
 from adaptive_ff.scenario.given import check_scenario
 from adaptive_ff.scenario.loop import TREMBLING
 from adaptive_ff.scenario.scenario import Scenario, load_scenario
-from adaptive_ff.simulation.experiment import lay_course
+from adaptive_ff.simulation.experiment import build_setup
 
 ORACLE = "oracle"
 """What is fed the true friction."""
@@ -152,7 +152,7 @@ def compare(
         ``step``, a class or a factory that gets the scenario and the PI gains, or ``FILE.py:NAME`` of one of these;
         see :func:`~adaptive_ff.comparison.own.make_own`.
     progress : callable, optional
-        Is called with the name of the controller and the share of its run that is done.
+        Is called with the name of the controller and the fraction of its run that is done.
     thin : int, optional
         Keep one of so many samples in the series, 1 for all; for the default see
         :func:`~adaptive_ff.comparison.run.simulate`.
@@ -179,14 +179,14 @@ def compare(
     names = dict.fromkeys([*scenario.controllers, *own])
     loops = {name: loop_of(scenario, name, own) for name in names}
     made = {name: make_controller(loop, name, own) for name, loop in loops.items()}
-    course = lay_course(scenario)
-    compile_together(made.values(), course)
+    setup = build_setup(scenario)
+    compile_together(made.values(), setup)
     runs = {}
     for name, controller in made.items():
         report = None if progress is None else _reporter(progress, name)
-        runs[name] = simulate(loops[name], controller, name=name, course=course, progress=report, thin=thin)
+        runs[name] = simulate(loops[name], controller, name=name, setup=setup, progress=report, thin=thin)
     return Comparison(scenario, runs)
 
 
 def _reporter(progress: Callable[[str, float], None], name: str) -> Callable[[float], None]:
-    return lambda share: progress(name, share)
+    return lambda done: progress(name, done)

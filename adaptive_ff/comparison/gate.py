@@ -16,40 +16,40 @@ TOLERANCE = 0.05
 """Default tolerance, relative."""
 
 GUARDED = frozenset({"pi", "pi_inertia", "fixed", "adaptive"})
-"""Controllers of this package that are guarded where none are chosen; the oracle and the rivals are yardsticks."""
+"""Controllers of this package that are guarded where none are chosen; the others are yardsticks."""
 
-Share = float | str
-Tolerance = Share | Mapping[str, Share]
+Fraction = float | str
+Tolerance = Fraction | Mapping[str, Fraction]
 
 
-def read_share(name: str, value: Share) -> float:
-    """Return a share such as ``"5%"``, ``"0.05"`` or 0.05 as a number.
+def read_fraction(name: str, value: Fraction) -> float:
+    """Return a fraction such as ``"5%"``, ``"0.05"`` or 0.05 as a number.
 
     Parameters
     ----------
     name : str
         What it is called in messages.
     value : float or str
-        The share; above one only as a percentage, since a bare 5 is more likely meant as 5 % than as 500 %.
+        The fraction; above one only as a percentage, since a bare 5 is more likely meant as 5 % than as 500 %.
 
     Raises
     ------
     InputError
-        It is no share; the message names both spellings.
+        It is no fraction; the message names both spellings.
     """
     text = str(value).strip()
     try:
-        share = float(text.removesuffix("%")) * (0.01 if text.endswith("%") else 1.0)
+        fraction = float(text.removesuffix("%")) * (0.01 if text.endswith("%") else 1.0)
     except ValueError:
-        share = math.nan
-    if not (math.isfinite(share) and share >= 0.0):
-        raise InputError(f"{name} = {value!r} is not allowed: it must be a share such as 5% or 0.05, zero or more")
-    if share > 1.0 and not text.endswith("%"):
+        fraction = math.nan
+    if not (math.isfinite(fraction) and fraction >= 0.0):
+        raise InputError(f"{name} = {value!r} is not allowed: it must be a fraction such as 5% or 0.05, zero or more")
+    if fraction > 1.0 and not text.endswith("%"):
         raise InputError(
-            f"{name} = {value!r} is not allowed: as a number it would mean {100.0 * share:g} %; "
-            f"write {text}% or {0.01 * share:g} for {text} %, or {100.0 * share:g}% if that is meant"
+            f"{name} = {value!r} is not allowed: as a number it would mean {100.0 * fraction:g} %; "
+            f"write {text}% or {0.01 * fraction:g} for {text} %, or {100.0 * fraction:g}% if that is meant"
         )
-    return share
+    return fraction
 
 
 class Tolerances:
@@ -58,7 +58,7 @@ class Tolerances:
     Parameters
     ----------
     tolerance : float, str or mapping
-        A share for all, or shares by metric, controller or ``CONTROLLER.METRIC`` beside a ``default``; the most
+        A fraction for all, or fractions by metric, controller or ``CONTROLLER.METRIC`` beside a ``default``; the most
         particular one counts.
     controllers : iterable of str
         Controllers that may be named.
@@ -66,7 +66,7 @@ class Tolerances:
     Raises
     ------
     InputError
-        A share or a name is not allowed.
+        A fraction or a name is not allowed.
     """
 
     def __init__(self, tolerance: Tolerance, controllers: Iterable[str]) -> None:
@@ -80,7 +80,7 @@ class Tolerances:
                     f"{', '.join(names)} and CONTROLLER.METRIC"
                 )
         self._shares = {
-            key: read_share("tolerance" if key == "default" else f"tolerance of {key}", value)
+            key: read_fraction("tolerance" if key == "default" else f"tolerance of {key}", value)
             for key, value in given.items()
         }
 
@@ -100,7 +100,7 @@ def guarded_controllers(baseline: Mapping[str, Any], chosen: Iterable[str] | Non
     baseline : mapping
         The earlier result.
     chosen : iterable of str, optional
-        Controllers; by default all of the baseline but the oracle and the rivals.
+        Controllers; by default all of the baseline but the yardsticks of this package.
 
     Raises
     ------
@@ -183,10 +183,10 @@ def regressions(
         The earlier result, see :func:`read_baseline`.
     tolerance : float, str or mapping, optional
         How much worse a figure may be, as 0.05 or ``"5%"``; or a mapping from metrics, controllers or
-        ``CONTROLLER.METRIC`` to such shares, with ``default`` for the others.
+        ``CONTROLLER.METRIC`` to such fractions, with ``default`` for the others.
     controllers : iterable of str, optional
-        Which to guard; by default all of the baseline but the oracle and the rivals, and every own controller: one that
-        ran and is not in the baseline is named.
+        Which to guard; by default all of the baseline but the yardsticks of this package, and every own controller: one
+        that ran and is not in the baseline is named.
     metrics : iterable of str, optional
         Which figures to guard; by default all that the baseline has.
 
@@ -224,8 +224,8 @@ def _growth(axis: str, figure: str, old: float, new: float) -> str:
     unit, factor = {**METRIC_UNITS, **POSITION_UNITS}[figure], 1.0
     if unit.startswith("rad"):
         unit, factor = f"m{unit}", 1e3
-    share = f"{100.0 * (new / old - 1.0):.1f} %" if old > 0.0 else "from zero"
-    return f"{figure} grew from {factor * old:.4g} to {factor * new:.4g} {axis_unit(axis, unit)} ({share}"
+    fraction = f"{100.0 * (new / old - 1.0):.1f} %" if old > 0.0 else "from zero"
+    return f"{figure} grew from {factor * old:.4g} to {factor * new:.4g} {axis_unit(axis, unit)} ({fraction}"
 
 
 def assert_no_regression(

@@ -30,9 +30,9 @@ def balance(scenario: Scenario) -> float:
 
 
 def observer_bandwidth(
-    scenario: Scenario, share: float, design: Callable[..., ObserverDesign], *gains: float, bounded: bool = True
+    scenario: Scenario, multiple: float, design: Callable[..., ObserverDesign], *gains: float, bounded: bool = True
 ) -> float:
-    """Return a share of the balance, Hz, or the most that a maximum sensitivity of 2 allows where that is less.
+    """Return a multiple of the balance, Hz, or the most that a maximum sensitivity of 2 allows where that is less.
 
     Where an encoder's velocity leaves the loop with a maximum sensitivity beyond :data:`LARGEST_BEHIND_FILTER` it is
     less, and where the PI loop itself has more, it is the slowest that a design looks at.
@@ -41,8 +41,8 @@ def observer_bandwidth(
     ----------
     scenario : Scenario
         The scenario.
-    share : float
-        Share of the balance.
+    multiple : float
+        Multiple of the balance.
     design : callable
         Design of the observer.
     *gains : float
@@ -56,7 +56,7 @@ def observer_bandwidth(
         largest = design(inertia, period, *gains, delay=delay).bandwidth
     except ValueError as error:
         raise InputError(f"feedback: {error}") from error
-    bandwidth = min(share * balance(scenario), largest)
+    bandwidth = min(multiple * balance(scenario), largest)
     if scenario.sensor.encoder_resolution is None or not bounded:
         return bandwidth
     measured = {"delay": delay, "velocity": scenario.velocity_estimator}

@@ -15,8 +15,8 @@ from scipy.optimize import minimize_scalar
 from adaptive_ff.baselines.model_based import ModelBased
 from adaptive_ff.friction.model import TorqueModel
 from adaptive_ff.scenario.scenario import Scenario
-from adaptive_ff.scenario.truth import model_course, true_model
-from adaptive_ff.simulation.experiment import empty_record, lay_course, with_preview
+from adaptive_ff.scenario.truth import model_changes, true_model
+from adaptive_ff.simulation.experiment import build_setup, empty_record, with_preview
 from adaptive_ff.simulation.loop import run_compiled, start_position
 from adaptive_ff.simulation.metrics import evaluate
 
@@ -43,7 +43,7 @@ def make_oracle(scenario: Scenario, added: float = 0.0) -> ModelBased:
         *scenario.feedback.gains,
         scenario.sampling.period,
         tuned(true_model(scenario)),
-        [(time, tuned(model)) for time, model in model_course(scenario)],
+        [(time, tuned(model)) for time, model in model_changes(scenario)],
         gravity=scenario.joint.weight,
         ripple=(scenario.actuator.ripple_amplitude, scenario.actuator.ripple_period),
         delay=scenario.delay,
@@ -64,17 +64,17 @@ def suitable_lag(scenario: Scenario) -> float:
 @lru_cache(maxsize=64)
 def _suitable_lag(text: str) -> float:
     scenario = Scenario.model_validate_json(text)
-    laid = (lay_course(scenario.modified(seed=seed)) for seed in TUNING_SEEDS)
-    courses = [with_preview(course, scenario.actuator.delay) for course in laid]
+    built = (build_setup(scenario.modified(seed=seed)) for seed in TUNING_SEEDS)
+    setups = [with_preview(setup, scenario.actuator.delay) for setup in built]
 
     def error(added: float) -> float:
         total = 0.0
-        for course in courses:
-            loop, record = make_oracle(scenario, float(added)), empty_record(course, 0)
+        for setup in setups:
+            loop, record = make_oracle(scenario, float(added)), empty_record(setup, 0)
             with np.errstate(over="ignore", invalid="ignore"):
-                run_compiled(loop.parameters, loop.state, course, start_position(course), course.noise.size, record)
+                run_compiled(loop.parameters, loop.state, setup, start_position(setup), setup.noise.size, record)
                 found = evaluate(
-                    scenario.times(), course.reference, record.velocity, record.torque, scenario.last_change
+                    scenario.times(), setup.reference, record.velocity, record.torque, scenario.last_change
                 )
             total += found.rms_error_settled**2
         return total if np.isfinite(total) else 1e300

@@ -143,11 +143,13 @@ def own_controller(controller: Any) -> Foreign:
     return found
 
 
-def step_own(block: Foreign, inputs: Inputs) -> Output:
+def step_own(parameters: Foreign, inputs: Inputs) -> Output:
     """Do one sample of a user's controller; the inputs are Python's numbers, not numpy's."""
     reference, following = inputs.reference, inputs.next_reference
     acting, next_acting = inputs.acting_reference, inputs.next_acting_reference
-    if "correction" not in block.accepted:  # one velocity is all it can follow: that of plan and outer loop together
+    if (
+        "correction" not in parameters.accepted
+    ):  # one velocity is all it can follow: that of plan and outer loop together
         reference, following = reference + inputs.correction, following + inputs.correction
         acting, next_acting = acting + inputs.correction, next_acting + inputs.correction
     others = {
@@ -161,27 +163,27 @@ def step_own(block: Foreign, inputs: Inputs) -> Output:
         "acting_reference": _known(acting),
         "next_acting_reference": _known(next_acting),
     }
-    if len(block.accepted) < len(others):
-        others = {name: value for name, value in others.items() if name in block.accepted}
-    torque = block.controller.step(reference, inputs.velocity, **others)
+    if len(parameters.accepted) < len(others):
+        others = {name: value for name, value in others.items() if name in parameters.accepted}
+    torque = parameters.controller.step(reference, inputs.velocity, **others)
     value = _number(torque)
     if not math.isfinite(value):
-        raise InputError(f"{_name(block)} returned a torque of {torque!r}; it must be a finite number")
-    fed = _number(getattr(block.controller, "feedforward", 0.0))  # anything else of that name is no torque
+        raise InputError(f"{_name(parameters)} returned a torque of {torque!r}; it must be a finite number")
+    fed = _number(getattr(parameters.controller, "feedforward", 0.0))  # anything else of that name is no torque
     return Output(value, fed if math.isfinite(fed) else 0.0)
 
 
-def write_own_estimates(block: Foreign, row: NDArray[Any]) -> None:
+def write_own_estimates(parameters: Foreign, row: NDArray[Any]) -> None:
     """Write the estimates of a user's controller into a row."""
-    for place, name in enumerate(block.estimate_names):
-        given = block.controller.estimates.get(name)
+    for place, name in enumerate(parameters.estimate_names):
+        given = parameters.controller.estimates.get(name)
         row[place] = _number(given)
         if not math.isfinite(row[place]):
-            raise InputError(f"{_name(block)} has estimates[{name!r}] = {given!r}; it must be a finite number")
+            raise InputError(f"{_name(parameters)} has estimates[{name!r}] = {given!r}; it must be a finite number")
 
 
-def _name(block: Foreign) -> str:
-    return f"the own controller {type(block.controller).__name__}"
+def _name(parameters: Foreign) -> str:
+    return f"the own controller {type(parameters.controller).__name__}"
 
 
 def _known(value: float) -> float | None:
@@ -196,8 +198,8 @@ def _number(value: Any) -> float:
         return math.nan
 
 
-STEPS[Foreign] = lambda block, state, inputs: (step_own(block, Inputs(*map(float, inputs))), state)
-ESTIMATES[Foreign] = lambda block, state, row: write_own_estimates(block, row)
+STEPS[Foreign] = lambda parameters, state, inputs: (step_own(parameters, Inputs(*map(float, inputs))), state)
+ESTIMATES[Foreign] = lambda parameters, state, row: write_own_estimates(parameters, row)
 
 
 def make_own(name: str, own: Own, scenario: Scenario) -> Any:

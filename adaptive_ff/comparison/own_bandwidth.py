@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from adaptive_ff.comparison.running import drive_over
 from adaptive_ff.scenario.loop import load_step, tried_bandwidths
 from adaptive_ff.scenario.scenario import Scenario
-from adaptive_ff.simulation.experiment import NO_POSITION_LOOP, Course, lay_course
+from adaptive_ff.simulation.experiment import NO_POSITION_LOOP, RunSetup, build_setup
 from adaptive_ff.simulation.metrics import settled_start
 from adaptive_ff.simulation.tracking_errors import WINDOW, tracking_errors
 from controllers import PI
@@ -134,7 +134,7 @@ def loaded(scenario: Scenario) -> Scenario:
     return scenario.modified(change=[*(one.model_dump(exclude_unset=True) for one in scenario.change), step])
 
 
-def errors_of(scenario: Scenario, maker: Maker, course: Course | None = None) -> Errors:
+def errors_of(scenario: Scenario, maker: Maker, setup: RunSetup | None = None) -> Errors:
     """Return the errors of a controller in the loop of a scenario before and after its last change.
 
     Parameters
@@ -143,10 +143,10 @@ def errors_of(scenario: Scenario, maker: Maker, course: Course | None = None) ->
         The scenario, of which :func:`loaded` has made one with a step of the load.
     maker : callable
         Makes the controller for a scenario.
-    course : Course, optional
-        Course of the same scenario, perhaps with another bandwidth; it is laid here where it is not given.
+    setup : RunSetup, optional
+        Run set-up of the same scenario, perhaps with another bandwidth; it is built here where it is not given.
     """
-    squares = _squares(scenario, maker, course)
+    squares = _squares(scenario, maker, setup)
     period, changes = scenario.joint.solver_period, [0.0, *(change.time for change in scenario.change)]
     before = squares[: math.ceil(changes[-1] / period - 1e-6)]
     after = squares[before.size :][: round(WINDOW / period)]
@@ -154,24 +154,24 @@ def errors_of(scenario: Scenario, maker: Maker, course: Course | None = None) ->
     return Errors(*(math.sqrt(float(np.mean(part))) for part in (before[begin:], after)))
 
 
-def settled_error(scenario: Scenario, maker: Maker, course: Course | None = None) -> float:
+def settled_error(scenario: Scenario, maker: Maker, setup: RunSetup | None = None) -> float:
     """Return the settled rms error (rad/s) of a controller in the loop of a scenario, infinite where it fails.
 
     Arguments are those of :func:`errors_of`, but that the scenario needs no step of the load.
     """
-    period, squares = scenario.joint.solver_period, _squares(scenario, maker, course)
+    period, squares = scenario.joint.solver_period, _squares(scenario, maker, setup)
     return tracking_errors(squares, period, changes=[change.time for change in scenario.change]).settled
 
 
-def _squares(scenario: Scenario, maker: Maker, course: Course | None) -> NDArray[np.float64]:
+def _squares(scenario: Scenario, maker: Maker, setup: RunSetup | None) -> NDArray[np.float64]:
     """Return the squared errors on the solver's grid, rad^2/s^2, infinite where the loop fails."""
     try:
         controller = maker(scenario)
-        laid = lay_course(scenario) if course is None else course
-        laid = laid._replace(outer=scenario.position_loop or NO_POSITION_LOOP)  # its gain may follow the bandwidth
+        built = build_setup(scenario) if setup is None else setup
+        built = built._replace(outer=scenario.position_loop or NO_POSITION_LOOP)  # its gain may follow the bandwidth
         with np.errstate(over="ignore", invalid="ignore"):
-            record, _, _ = drive_over(controller, laid)
-            squares: NDArray[np.float64] = np.square(laid.reference - record.velocity)
+            record, _, _ = drive_over(controller, built)
+            squares: NDArray[np.float64] = np.square(built.reference - record.velocity)
     except (ArithmeticError, ValueError):
         return np.full(scenario.times().size, np.inf)
     return squares if np.isfinite(squares[-1]) else np.full(squares.size, np.inf)
@@ -200,7 +200,7 @@ def find_own_bandwidth(
     seeds : sequence of int, optional
         Seeds of noise and reference on which it is chosen.
     progress : callable, optional
-        Is called with the share done, from 0 to 1.
+        Is called with the fraction done, from 0 to 1.
 
     Returns
     -------
@@ -226,9 +226,9 @@ def _errors(
     scenario = loaded(Scenario.model_validate_json(text))
     tried, found = tried_bandwidths(scenario), []
     seeded = [scenario.modified(seed=seed) for seed in seeds]
-    runs = [(one, lay_course(with_bandwidth(one, tried[0]))) for one in seeded]
+    runs = [(one, build_setup(with_bandwidth(one, tried[0]))) for one in seeded]
     for place, bandwidth in enumerate(tried):
-        found.append([errors_of(with_bandwidth(one, bandwidth), maker, course) for one, course in runs])
+        found.append([errors_of(with_bandwidth(one, bandwidth), maker, setup) for one, setup in runs])
         if progress is not None:
             progress((place + 1) / len(tried))
     return np.array(found)

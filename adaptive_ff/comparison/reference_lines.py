@@ -13,7 +13,7 @@ import numpy as np
 from adaptive_ff.comparison.oracle import make_oracle
 from adaptive_ff.comparison.run import Run, simulate
 from adaptive_ff.scenario.scenario import Scenario
-from adaptive_ff.simulation.experiment import Course, lay_course
+from adaptive_ff.simulation.experiment import RunSetup, build_setup
 
 NOISE_FLOOR = "noise_floor"
 """Name of the line in tables."""
@@ -40,22 +40,22 @@ def frictionless(scenario: Scenario) -> Scenario:
     )
 
 
-def noise_floor(scenario: Scenario, course: Course | None = None, *, noisy: bool = True) -> Run:
+def noise_floor(scenario: Scenario, setup: RunSetup | None = None, *, noisy: bool = True) -> Run:
     """Run the loop of a scenario on a joint without friction.
 
     Parameters
     ----------
     scenario : Scenario
         The scenario.
-    course : Course, optional
-        Course of the scenario, whose noise and reference are taken; by default the scenario's own.
+    setup : RunSetup, optional
+        Run set-up of the scenario, whose noise and reference are taken; by default the scenario's own.
     noisy : bool, optional
         Whether the sensor has its noise and its encoder steps.
     """
     plain = frictionless(scenario)
-    laid = lay_course(plain)
-    if course is not None:
-        laid = laid._replace(noise=course.noise, reference=course.reference)
+    built = build_setup(plain)
+    if setup is not None:
+        built = built._replace(noise=setup.noise, reference=setup.reference)
     if not noisy:
-        laid = laid._replace(noise=np.zeros_like(laid.noise), resolution=min(laid.resolution, FINE))
-    return simulate(plain, make_oracle(plain), name=NOISE_FLOOR, course=laid)
+        built = built._replace(noise=np.zeros_like(built.noise), resolution=min(built.resolution, FINE))
+    return simulate(plain, make_oracle(plain), name=NOISE_FLOOR, setup=built)

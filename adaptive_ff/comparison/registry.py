@@ -118,50 +118,50 @@ def _canudas(kind: Any, dead_zone: float) -> Maker:
     return lambda scenario: made_for(scenario, kind, dead_zone=dead_zone * scenario.adaptation.stribeck_velocity)
 
 
-def make_disturbance_observer(scenario: Scenario, share: float = 1.7) -> DisturbanceObserver:
+def make_disturbance_observer(scenario: Scenario, multiple: float = 1.7) -> DisturbanceObserver:
     """Make a PI loop with a disturbance observer, whose bandwidth is a fraction of the balance."""
-    bandwidth = observer_bandwidth(scenario, share, DisturbanceObserver.design, *scenario.feedback.gains)
+    bandwidth = observer_bandwidth(scenario, multiple, DisturbanceObserver.design, *scenario.feedback.gains)
     return made_for(scenario, DisturbanceObserver, bandwidth=bandwidth)
 
 
-def make_extended_state(scenario: Scenario, share: float = 3.4) -> ExtendedState:
+def make_extended_state(scenario: Scenario, multiple: float = 3.4) -> ExtendedState:
     """Make a loop with an extended state observer, whose bandwidth is a fraction of the balance."""
-    bandwidth = observer_bandwidth(scenario, share, ExtendedState.design, scenario.feedback.gains[0])
+    bandwidth = observer_bandwidth(scenario, multiple, ExtendedState.design, scenario.feedback.gains[0])
     return made_for(scenario, ExtendedState, bandwidth=bandwidth)
 
 
-def _kalman_gains(scenario: Scenario, inertia: float, share: float) -> dict[str, float]:
+def _kalman_gains(scenario: Scenario, inertia: float, multiple: float) -> dict[str, float]:
     noise = scenario.velocity_noise or 1.0  # only its ratio to the walk matters
-    bandwidth = observer_bandwidth(scenario, share, KalmanDisturbance.design, *scenario.feedback.gains)
+    bandwidth = observer_bandwidth(scenario, multiple, KalmanDisturbance.design, *scenario.feedback.gains)
     walk = KalmanDisturbance.walk(inertia, scenario.sampling.period, noise, bandwidth)
     first, second = KalmanDisturbance.gains(inertia, scenario.sampling.period, noise, walk)
     return {"velocity_gain": first, "disturbance_gain": second}
 
 
-def make_kalman_disturbance(scenario: Scenario, share: float = 2.4) -> KalmanDisturbance:
+def make_kalman_disturbance(scenario: Scenario, multiple: float = 2.4) -> KalmanDisturbance:
     """Make a PI loop with a Kalman disturbance estimate, whose bandwidth is a fraction of the balance."""
-    return made_for(scenario, KalmanDisturbance, **_kalman_gains(scenario, scenario.feedback.inertia, share))
+    return made_for(scenario, KalmanDisturbance, **_kalman_gains(scenario, scenario.feedback.inertia, multiple))
 
 
-def _observed(scenario: Scenario, source: str, share: float) -> ObservedModel:
+def _observed(scenario: Scenario, source: str, multiple: float) -> ObservedModel:
     model = fixed_model(scenario, true_model(scenario), "lagged", source)
-    bandwidth = observer_bandwidth(scenario, share, DisturbanceObserver.design, *scenario.feedback.gains)
+    bandwidth = observer_bandwidth(scenario, multiple, DisturbanceObserver.design, *scenario.feedback.gains)
     return made_for(scenario, ObservedModel, model=model, bandwidth=bandwidth)
 
 
-def make_observed_nominal(scenario: Scenario, share: float = 0.28) -> ObservedModel:
+def make_observed_nominal(scenario: Scenario, multiple: float = 0.28) -> ObservedModel:
     """Make an observer around a feedforward from nominal parameters."""
-    return _observed(scenario, "nominal", share)
+    return _observed(scenario, "nominal", multiple)
 
 
-def make_observed_batch(scenario: Scenario, share: float = 0.1) -> ObservedModel:
+def make_observed_batch(scenario: Scenario, multiple: float = 0.1) -> ObservedModel:
     """Make an observer around a feedforward identified in a calibration run."""
-    return _observed(scenario, "batch", share)
+    return _observed(scenario, "batch", multiple)
 
 
-def learning_rate(scenario: Scenario, share: float, caution: float) -> float:
+def learning_rate(scenario: Scenario, multiple: float, caution: float) -> float:
     """Compute a fraction of the feedback's crossover, 1/s, less where a delay of the drive makes the loop late."""
-    return share / (response_time(scenario) + caution * scenario.assumed_delay * scenario.sampling.period)
+    return multiple / (response_time(scenario) + caution * scenario.assumed_delay * scenario.sampling.period)
 
 
 def make_maxwell_adaptive(
@@ -224,7 +224,7 @@ def make_lugre_gradient(scenario: Scenario, rate: float = 0.8, way: float = 0.3,
     return made_for(scenario, LuGreGradient, floor=floor, **settings)
 
 
-def make_friction_observer(scenario: Scenario, stretch: float = 1.0, share: float = 0.2) -> FrictionObserver:
+def make_friction_observer(scenario: Scenario, stretch: float = 1.0, multiple: float = 0.2) -> FrictionObserver:
     """Make a feed-forward friction observer from nominal parameters.
 
     Parameters
@@ -233,16 +233,16 @@ def make_friction_observer(scenario: Scenario, stretch: float = 1.0, share: floa
         The scenario.
     stretch : float, optional
         Presliding displacement that is assumed, over the nominal one.
-    share : float, optional
+    multiple : float, optional
         Bandwidth of the observer over the balance.
     """
     model, presliding = _nominal(scenario), stretch * nominal_presliding(scenario)
-    gains = _kalman_gains(scenario, model.inertia, share)
+    gains = _kalman_gains(scenario, model.inertia, multiple)
     return made_for(scenario, FrictionObserver, model=model, presliding=presliding, **gains)
 
 
 def make_lee_tomizuka(
-    scenario: Scenario, form: str = "coulomb", share: float = 6.0, integrates: bool = False
+    scenario: Scenario, form: str = "coulomb", multiple: float = 6.0, integrates: bool = False
 ) -> LeeTomizuka:
     """Make Lee and Tomizuka's controller from nominal parameters.
 
@@ -252,7 +252,7 @@ def make_lee_tomizuka(
         The scenario.
     form : "coulomb" or "stribeck", optional
         Curve of the friction compensation.
-    share : float, optional
+    multiple : float, optional
         Bandwidth of the observer over the balance.
     integrates : bool, optional
         Whether the integral of the PI loop stands beside the observer.
@@ -260,15 +260,15 @@ def make_lee_tomizuka(
     gains = scenario.feedback.gains if integrates else (scenario.feedback.gains[0], 0.0)
     # behind a position loop, which it was made for, the bound on the margin makes it worse
     bounded = scenario.position is None
-    bandwidth = observer_bandwidth(scenario, share, DisturbanceObserver.design, *gains, bounded=bounded)
+    bandwidth = observer_bandwidth(scenario, multiple, DisturbanceObserver.design, *gains, bounded=bounded)
     settings = {"integral": gains[1], "bandwidth": bandwidth}
     return made_for(scenario, LeeTomizuka, model=_nominal(scenario, form), **settings)
 
 
-def make_super_twisting(scenario: Scenario, share: float = 40.0) -> SuperTwisting:
+def make_super_twisting(scenario: Scenario, multiple: float = 40.0) -> SuperTwisting:
     """Make a super-twisting observer: ``L`` is a multiple of noise times the square of the feedback's crossover."""
     noise = max(scenario.velocity_noise, QUIET * scenario.adaptation.stribeck_velocity)
-    bound = share * noise / response_time(scenario) ** 2
+    bound = multiple * noise / response_time(scenario) ** 2
     return made_for(scenario, SuperTwisting, bound=bound)
 
 

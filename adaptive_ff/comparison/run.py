@@ -19,7 +19,7 @@ from adaptive_ff.errors import InputError, check_kind
 from adaptive_ff.reported import Reported
 from adaptive_ff.scenario.given import check_scenario
 from adaptive_ff.scenario.scenario import Scenario
-from adaptive_ff.simulation.experiment import Course, Record, lay_course
+from adaptive_ff.simulation.experiment import Record, RunSetup, build_setup
 from adaptive_ff.simulation.metrics import Metrics, PositionMetrics, evaluate, evaluate_position
 from controllers import Controller
 from controllers.arrays import NDArray
@@ -48,7 +48,7 @@ class Run(Reported):
     time : ndarray, shape (samples,)
         Times of the samples, s.
     solver_time : ndarray, shape (steps + 1,)
-        The solver's grid, s, read-only: runs share it.
+        The solver's grid, s, read-only and common to runs.
     reference, velocity : ndarray, shape (steps + 1,)
         Reference and true velocity on the solver's grid, rad/s. Of a thinned run there is no such grid: these, their
         times and the position error are at the samples that are kept, as all series are.
@@ -150,7 +150,7 @@ def simulate(
     controller: Any = "adaptive",
     *,
     name: str | None = None,
-    course: Course | None = None,
+    setup: RunSetup | None = None,
     progress: Callable[[float], None] | None = None,
     uncertain: bool = True,
     thin: int | None = None,
@@ -167,10 +167,10 @@ def simulate(
         :class:`~adaptive_ff.comparison.own.OwnController` for what it is given and what of it is recorded.
     name : str, optional
         Name of the run; by default that of the controller or its class.
-    course : Course, optional
-        What :func:`lay_course` returns for the scenario, where several controllers share it.
+    setup : RunSetup, optional
+        What :func:`build_setup` returns for the scenario, where several controllers have one.
     progress : callable, optional
-        Is called with the share done, from 0 to 1.
+        Is called with the fraction done, from 0 to 1.
     uncertain : bool, optional
         Whether to note how uncertain the estimates are along the run, for controllers that know.
     thin : int, optional
@@ -197,7 +197,7 @@ def simulate(
     """
     check_scenario(scenario)
     check_kind("name", name, (str, NoneType), "a text")
-    check_kind("course", course, (Course, NoneType), "what lay_course(scenario) returns")
+    check_kind("setup", setup, (RunSetup, NoneType), "what build_setup(scenario) returns")
     check_progress(progress)
     _check_thin(thin)
     noted = checked_switch("uncertain", uncertain)
@@ -208,7 +208,7 @@ def simulate(
         raise InputError(
             f"controller = {controller!r} is not allowed: it must be a name or an object with a method step"
         )
-    course = lay_course(scenario) if course is None else course
+    setup = build_setup(scenario) if setup is None else setup
     marks: list[tuple[int, dict[str, float]]] = []
     notes: dict[str, Any] = {}
     if noted and isinstance(controller, Controller) and hasattr(controller, "uncertainties"):
@@ -216,30 +216,30 @@ def simulate(
         notes = {"note": lambda sample: marks.append((sample, controller.uncertainties)), "parts": MARKS}
     label = name or type(controller).__name__
     if thin is None:
-        thin = math.ceil((course.reference.size - 1) / MOST_STEPS)
+        thin = math.ceil((setup.reference.size - 1) / MOST_STEPS)
     if thin > 1:
-        thinned, *found = drive_thinned(controller, course, thin, scenario.last_change, progress, **notes)
-        run = _thinned(label, scenario, course, thinned, thin, *found)
+        thinned, *found = drive_thinned(controller, setup, thin, scenario.last_change, progress, **notes)
+        run = _thinned(label, scenario, setup, thinned, thin, *found)
     else:
-        record, *found = drive_over(controller, course, progress, **notes)
-        run = _finished(label, scenario, course, record, *found)
+        record, *found = drive_over(controller, setup, progress, **notes)
+        run = _finished(label, scenario, setup, record, *found)
     if isinstance(controller, AdaptiveController):
         run = replace(run, friction_map=controller.learnt_map)
-    return _with_marks(run, course, marks)
+    return _with_marks(run, setup, marks)
 
 
-def _with_marks(run: Run, course: Course, marks: list[tuple[int, dict[str, float]]]) -> Run:
+def _with_marks(run: Run, setup: RunSetup, marks: list[tuple[int, dict[str, float]]]) -> Run:
     """Return a run with what was noted of the uncertainty of its estimates at some samples."""
     if not marks:
         return run
     uncertainties = {key: np.array([known[key] for _, known in marks]) for key in marks[0][1]}
-    times = _times(course, [sample for sample, _ in marks])
+    times = _times(setup, [sample for sample, _ in marks])
     return replace(run, uncertainties=uncertainties, uncertainty_time=times)
 
 
-def _times(course: Course, samples: Any) -> NDArray[np.float64]:
+def _times(setup: RunSetup, samples: Any) -> NDArray[np.float64]:
     """Return the times of samples, s."""
-    return np.asarray(course.samples[samples] * course.solver_period, dtype=np.float64)
+    return np.asarray(setup.samples[samples] * setup.solver_period, dtype=np.float64)
 
 
 def _check_finite(name: str, metrics: Metrics) -> None:
@@ -250,7 +250,7 @@ def _check_finite(name: str, metrics: Metrics) -> None:
 def _thinned(
     name: str,
     scenario: Scenario,
-    course: Course,
+    setup: RunSetup,
     thinned: Thinned,
     thin: int,
     names: tuple[str, ...],
@@ -258,8 +258,8 @@ def _thinned(
 ) -> Run:
     figures, position = thinned.metrics, thinned.record.position
     _check_finite(name, figures.metrics)
-    time = _times(course, thinned.samples)
-    grid, reference = (time, time), course.reference[course.samples[thinned.samples]]
+    time = _times(setup, thinned.samples)
+    grid, reference = (time, time), setup.reference[setup.samples[thinned.samples]]
     run = _recorded(name, scenario, grid, reference, thinned.record, figures.metrics, names, watched)
     if scenario.position is None:
         return replace(run, thin=thin)
@@ -269,21 +269,21 @@ def _thinned(
 def _finished(
     name: str,
     scenario: Scenario,
-    course: Course,
+    setup: RunSetup,
     record: Record,
     names: tuple[str, ...],
     watched: tuple[str, ...],
 ) -> Run:
     time = scenario.times()
     with np.errstate(over="ignore", invalid="ignore"):
-        metrics = evaluate(time, course.reference, record.velocity, record.torque, scenario.last_change)
+        metrics = evaluate(time, setup.reference, record.velocity, record.torque, scenario.last_change)
     _check_finite(name, metrics)
-    grid = _times(course, slice(-1)), time
-    run = _recorded(name, scenario, grid, course.reference, record, metrics, names, watched)
+    grid = _times(setup, slice(-1)), time
+    run = _recorded(name, scenario, grid, setup.reference, record, metrics, names, watched)
     if scenario.position is None:
         return run
     with np.errstate(over="ignore", invalid="ignore"):
-        error = course.planned - record.position
+        error = setup.planned - record.position
         found = evaluate_position(time, error, scenario.last_change)
     return replace(run, position_error=error, position_metrics=found)
 

@@ -1,4 +1,4 @@
-"""A controller of any kind driven over a course: compiled where it has kernels, else in plain Python."""
+"""A controller of any kind driven over a setup: compiled where it has kernels, else in plain Python."""
 
 import copy
 import os
@@ -8,7 +8,7 @@ from functools import partial
 from typing import Any
 
 from adaptive_ff.comparison.own import own_controller, step_own, write_own_estimates
-from adaptive_ff.simulation.experiment import Course, Record, empty_record, with_preview
+from adaptive_ff.simulation.experiment import Record, RunSetup, empty_record, with_preview
 from adaptive_ff.simulation.loop import Position, run_controller, run_in_memory, run_plain, start_position
 from controllers import CalledBack, Controller
 from controllers.compiled import compiles
@@ -20,22 +20,22 @@ PART = 20_000
 
 def drive_over(
     controller: Any,
-    course: Course,
+    setup: RunSetup,
     progress: Callable[[float], None] | None = None,
     *,
     note: Callable[[int], None] | None = None,
     parts: int = 1,
 ) -> tuple[Record, tuple[str, ...], tuple[str, ...]]:
-    """Run a controller over a course.
+    """Run a controller over a setup.
 
     Parameters
     ----------
     controller : Controller or any object with a method ``step``
         It ends in the state at the end of the run.
-    course : Course
+    setup : RunSetup
         Joint, drive, reference and noise.
     progress : callable, optional
-        Is called with the share done, from 0 to 1.
+        Is called with the fraction done, from 0 to 1.
     note : callable, optional
         Is called with the number of the last sample after each part, when the controller is in the state of then.
     parts : int, optional
@@ -49,17 +49,17 @@ def drive_over(
         Names of the estimates and of the monitors in it.
     """
     drive = Drive(controller)
-    course = drive.previewed(course)
-    record = empty_record(course, len(drive.names), len(drive.watched))
-    position, count = start_position(course), course.noise.size
+    setup = drive.previewed(setup)
+    record = empty_record(setup, len(drive.names), len(drive.watched))
+    position, count = start_position(setup), setup.noise.size
     for stop in ends_of_parts(count, parts):
-        position = drive.advance(course, position, stop, record)
+        position = drive.advance(setup, position, stop, record)
         report(stop, count, progress, note)
     return record, drive.names, drive.watched
 
 
 class Drive:
-    """A controller on its way through a course.
+    """A controller on its way through a setup.
 
     Parameters
     ----------
@@ -82,31 +82,31 @@ class Drive:
         self.names: tuple[str, ...] = self.controller.estimate_names
         self.watched: tuple[str, ...] = controller.monitor_names if self.registered else ()
 
-    def previewed(self, course: Course) -> Course:
-        """Return a course with the plan for when torques act by the delay that the controller reckons with."""
+    def previewed(self, setup: RunSetup) -> RunSetup:
+        """Return a setup with the plan for when torques act by the delay that the controller reckons with."""
         if not self.registered:
-            return course
-        return with_preview(course, feedback_state(self.controller.parameters).delay * self.controller.period)
+            return setup
+        return with_preview(setup, feedback_state(self.controller.parameters).delay * self.controller.period)
 
-    def advance(self, course: Course, position: Position, stop: int, record: Record) -> Position:
+    def advance(self, setup: RunSetup, position: Position, stop: int, record: Record) -> Position:
         """Run from a position to a sample and fill the record; return the position there."""
         if self.registered:
-            return run_controller(self.controller, course, position, stop, record)
+            return run_controller(self.controller, setup, position, stop, record)
         if self._called is None:
-            return run_plain(self.controller, None, course, position, stop, record)[1]
-        position = run_in_memory(self._called.block, 0, course, position, stop, record)[1]
+            return run_plain(self.controller, None, setup, position, stop, record)[1]
+        position = run_in_memory(self._called.block, 0, setup, position, stop, record)[1]
         self._called.check()
         return position
 
 
-def compile_together(controllers: Iterable[Any], course: Course) -> None:
-    """Compile what the runs of controllers over a course need, on all processors at once: runs of no sample do it."""
+def compile_together(controllers: Iterable[Any], setup: RunSetup) -> None:
+    """Compile what the runs of controllers over a setup need, on all processors at once: runs of no sample do it."""
 
     def begin(controller: Any) -> None:
         drive = Drive(copy.deepcopy(controller))
-        laid = drive.previewed(course)
-        record = empty_record(laid, len(drive.names), len(drive.watched))
-        drive.advance(laid, start_position(laid), 0, record)
+        built = drive.previewed(setup)
+        record = empty_record(built, len(drive.names), len(drive.watched))
+        drive.advance(built, start_position(built), 0, record)
 
     if compiles():
         with ThreadPoolExecutor(os.cpu_count()) as pool:
@@ -121,7 +121,7 @@ def ends_of_parts(count: int, parts: int) -> Iterator[int]:
 
 
 def check_progress(progress: Any) -> None:
-    """Raise a TypeError for what cannot be called with the share done, and is not None."""
+    """Raise a TypeError for what cannot be called with the fraction done, and is not None."""
     if progress is not None and not callable(progress):
         raise TypeError(f"progress = {progress!r} is not allowed: it must be a function")
 

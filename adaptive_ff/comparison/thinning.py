@@ -1,4 +1,4 @@
-"""A controller of any kind driven over a course of which few samples are kept: memory for series does not grow."""
+"""A controller of any kind driven over a setup of which few samples are kept: memory for series does not grow."""
 
 from collections.abc import Callable
 from typing import Any, NamedTuple
@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from adaptive_ff.comparison.running import Drive, ends_of_parts, report
-from adaptive_ff.simulation.experiment import NO_POSITION_LOOP, Course, Record, empty_record
+from adaptive_ff.simulation.experiment import NO_POSITION_LOOP, Record, RunSetup, empty_record
 from adaptive_ff.simulation.loop import start_position
 from adaptive_ff.simulation.metrics import RunMetrics, first_motion
 from adaptive_ff.simulation.parts import after_part, kept_samples, part_of
@@ -33,7 +33,7 @@ class Thinned(NamedTuple):
 
 def drive_thinned(
     controller: Any,
-    course: Course,
+    setup: RunSetup,
     thin: int,
     last_change: float,
     progress: Callable[[float], None] | None = None,
@@ -49,7 +49,7 @@ def drive_thinned(
         One of so many samples is kept, and the last.
     last_change : float
         Time of the last change of the joint, s; zero without one.
-    controller, course, progress, note, parts
+    controller, setup, progress, note, parts
         As for :func:`adaptive_ff.comparison.running.drive_over`.
 
     Returns
@@ -60,13 +60,13 @@ def drive_thinned(
         Names of the estimates and of the monitors in it.
     """
     drive = Drive(controller)
-    course = drive.previewed(course)
-    position, count, given = start_position(course), course.noise.size, np.zeros(0)
-    metrics = RunMetrics(course.reference.size, course.solver_period, first_motion(course.reference), last_change)
+    setup = drive.previewed(setup)
+    position, count, given = start_position(setup), setup.noise.size, np.zeros(0)
+    metrics = RunMetrics(setup.reference.size, setup.solver_period, first_motion(setup.reference), last_change)
     kept: list[Record] = []
     for stop in ends_of_parts(count, parts):
         start = position.sample
-        window, position, first = part_of(course, position, stop)
+        window, position, first = part_of(setup, position, stop)
         record = empty_record(window, len(drive.names), len(drive.watched))
         record.given[: start - first] = given[given.size - (start - first) :]
         position = drive.advance(window, position, stop - first, record)
@@ -81,18 +81,18 @@ def drive_thinned(
     return Thinned(kept_samples(0, count, count, thin), series, metrics), drive.names, drive.watched
 
 
-def _count(metrics: RunMetrics, course: Course, record: Record, start: int, ends: bool) -> None:
+def _count(metrics: RunMetrics, setup: RunSetup, record: Record, start: int, ends: bool) -> None:
     """Add what a part of a run holds from a sample on; the end of a part is the begin of the next one."""
-    begin = int(course.samples[start])
+    begin = int(setup.samples[start])
     stop = None if ends else -1
-    error = course.reference[begin:stop] - record.velocity[begin:stop]
-    metrics.add(course.begin + begin, error, record.torque[start:])
-    if course.outer != NO_POSITION_LOOP:
-        metrics.add_position(course.begin + begin, course.planned[begin:stop] - record.position[begin:stop])
+    error = setup.reference[begin:stop] - record.velocity[begin:stop]
+    metrics.add(setup.begin + begin, error, record.torque[start:])
+    if setup.outer != NO_POSITION_LOOP:
+        metrics.add_position(setup.begin + begin, setup.planned[begin:stop] - record.position[begin:stop])
 
 
-def _at_samples(record: Record, course: Course, samples: NDArray[np.int64]) -> Record:
+def _at_samples(record: Record, setup: RunSetup, samples: NDArray[np.int64]) -> Record:
     """Return the series at some samples, those of the solver's grid too; the position as its error."""
-    steps = course.samples[samples]
+    steps = setup.samples[samples]
     others = {name: getattr(record, name)[samples] for name in Record._fields[2:]}
-    return Record(record.velocity[steps], course.planned[steps] - record.position[steps], **others)
+    return Record(record.velocity[steps], setup.planned[steps] - record.position[steps], **others)

@@ -15,8 +15,8 @@ from adaptive_ff.report.table import Cell, Table, table
 WIDTH = 80
 """Width of the text, characters."""
 
-TOLD = 0.01
-"""Least rise and fall of friction over position that is told."""
+LEAST_VARIATION = 0.01
+"""Least rise and fall of friction over position that is worth a sentence."""
 
 SENTENCES = {
     Code.HELD: "Holds its estimates: enabled is False.",
@@ -65,7 +65,7 @@ def sentences(diagnosis: Diagnosis) -> list[str]:
 def map_sentences(learnt: LearntMap | None) -> list[str]:
     """Return where friction rises and falls, and by how much; nothing of a controller without a map."""
     said = []
-    if learnt is not None and learnt.factor.size and max(learnt.factor) - min(learnt.factor) > TOLD:
+    if learnt is not None and learnt.factor.size and max(learnt.factor) - min(learnt.factor) > LEAST_VARIATION:
         said.append(position_sentence(learnt.position, learnt.factor, learnt.periods))
     if learnt is not None and learnt.load_share != 0.0:
         said.append(load_sentence(learnt.load_share))
@@ -85,10 +85,10 @@ def position_sentence(
     )
 
 
-def load_sentence(share: float, unit: str = "N m") -> str:
+def load_sentence(slope: float, unit: str = "N m") -> str:
     """Return by how much friction rises with the known torque."""
-    change = "rises" if share > 0.0 else "falls"
-    return f"Friction {change} by {100.0 * abs(share):.2g} % for each {unit} of known torque."
+    change = "rises" if slope > 0.0 else "falls"
+    return f"Friction {change} by {100.0 * abs(slope):.2g} % for each {unit} of known torque."
 
 
 def diagnosis_table(diagnosis: Diagnosis) -> Table:

@@ -23,7 +23,7 @@ from adaptive_ff.studies.ranking import (
     OURS,
     TUNED_TRUTH,
     Cells,
-    best_rival,
+    best_other,
     grouped,
     mean_gain,
     outcome,
@@ -212,7 +212,7 @@ def ranking_table(cells: Cells, title: str) -> Table:
         rows.append([group])
         for scenario in members:
             row = cells[scenario]
-            other, ours = best_rival(row), row.get(OURS)
+            other, ours = best_other(row), row.get(OURS)
             word, ratio = outcome(row)
             floor = row[NOISE_FLOOR].median if NOISE_FLOOR in row else None
             gains: list[Cell] = ["failed", None, None]

@@ -34,14 +34,14 @@ def toml_text(content: Mapping[str, Any], comments: Mapping[str, str] | None = N
         A number is not finite.
     """
     said = comments or {}
-    blocks = [[f"# {line}" for line in head]]
-    blocks.append(list(_fields({key: value for key, value in content.items() if not _is_table(value)}, "", said)))
+    paragraphs = [[f"# {line}" for line in head]]
+    paragraphs.append(list(_fields({key: value for key, value in content.items() if not _is_table(value)}, "", said)))
     for name, value in content.items():
         if isinstance(value, Mapping):
-            blocks.append([_with_comment(f"[{name}]", said.get(name)), *_fields(value, f"{name}.", said)])
+            paragraphs.append([_with_comment(f"[{name}]", said.get(name)), *_fields(value, f"{name}.", said)])
         elif _is_table(value):
-            blocks += [[f"[[{name}]]", *_fields(row, f"{name}.", said)] for row in value]
-    return "\n\n".join("\n".join(block) for block in blocks if block) + "\n"
+            paragraphs += [[f"[[{name}]]", *_fields(row, f"{name}.", said)] for row in value]
+    return "\n\n".join("\n".join(paragraph) for paragraph in paragraphs if paragraph) + "\n"
 
 
 def _is_table(value: Any) -> bool:

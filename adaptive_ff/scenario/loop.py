@@ -30,7 +30,7 @@ SETTLED = 40.0
 MOST_SAMPLES = 20_000
 """Samples after which a filter of the velocity has forgotten a reading."""
 
-LOAD_SHARE = 0.4
+LOAD_FRACTION = 0.4
 """Step of the load that a loop is to stand, over the rated torque, which is the torque limit of the drive."""
 
 TREMBLING = 0.1
@@ -39,8 +39,8 @@ TREMBLING = 0.1
 REVERSALS = 1.0
 """Reversals of a motion in a second that the error of friction is reckoned for."""
 
-SLOWEST, SLOWEST_SHARE = 1.0, 0.25
-"""Slowest loop that is tried, Hz, and its share of the fastest one where that is less."""
+SLOWEST, SLOWEST_FRACTION = 1.0, 0.25
+"""Slowest loop that is tried, Hz, and its fraction of the fastest one where that is less."""
 
 STEP = 2.0**0.5
 """Ratio of one bandwidth that is tried to the next."""
@@ -91,10 +91,10 @@ def sampled(scenario: "Scenario") -> dict[str, Any]:
     return {"period": scenario.sampling.period, "delay": delay, "velocity": scenario.velocity_estimator}
 
 
-def tried_bandwidths(scenario: "Scenario", share: float = 1.0) -> list[float]:
-    """Return the bandwidths (Hz) that are tried, ascending, up to a share of the fastest that the margin allows."""
-    fastest = share * fastest_bandwidth(**sampled(scenario))
-    slowest = min(SLOWEST, SLOWEST_SHARE * fastest)
+def tried_bandwidths(scenario: "Scenario", fraction: float = 1.0) -> list[float]:
+    """Return the bandwidths (Hz) that are tried, ascending, up to a fraction of the fastest that the margin allows."""
+    fastest = fraction * fastest_bandwidth(**sampled(scenario))
+    slowest = min(SLOWEST, SLOWEST_FRACTION * fastest)
     count = math.floor(math.log(fastest / slowest) / math.log(STEP) + 1e-9) + 1
     return [fastest / STEP**step for step in reversed(range(count))]
 
@@ -102,7 +102,7 @@ def tried_bandwidths(scenario: "Scenario", share: float = 1.0) -> list[float]:
 def load_step(scenario: "Scenario") -> float:
     """Return the load (N m) that a loop is to stand; without a rated torque it is the joint's stiction."""
     limit = scenario.actuator.torque_limit
-    return scenario.joint.stiction if limit is None else LOAD_SHARE * limit
+    return scenario.joint.stiction if limit is None else LOAD_FRACTION * limit
 
 
 def loop_at(scenario: "Scenario", bandwidth: float) -> LoopAtBandwidth:

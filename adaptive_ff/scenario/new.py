@@ -14,22 +14,22 @@ from adaptive_ff.scenario.scenario import Scenario
 from adaptive_ff.scenario.tables import AUTO
 from plant import JointModel, whole_multiple
 
-COULOMB_SHARE, STICTION_FACTOR = 0.1, 1.25
+COULOMB_FRACTION, STICTION_FACTOR = 0.1, 1.25
 """Coulomb friction over the rated torque, and stiction over Coulomb friction, of a geared axis."""
 
-VISCOUS_SHARE = 0.05
+VISCOUS_FRACTION = 0.05
 """Viscous friction at the rated speed over the rated torque."""
 
-STRIBECK_SHARE, NOISE_SHARE = 0.02, 2e-4
+STRIBECK_FRACTION, NOISE_FRACTION = 0.02, 2e-4
 """Stribeck velocity, and noise of the measured velocity, over the rated speed."""
 
-LOOP_SHARE = 0.5
+LOOP_FRACTION = 0.5
 """Largest bandwidth of the PI loop over the one that a maximum sensitivity of 1.7 allows."""
 
 CUTOFFS = (50.0, 100.0, 200.0, 25.0, 12.0, 400.0)
 """Corners of the low-pass behind an encoder that are tried where none is given, Hz, ..."""
 
-CUTOFF_SHARE = 0.4
+CUTOFF_FRACTION = 0.4
 """... and the largest of them, over the sampling frequency."""
 
 LONGEST_SOLVER_PERIOD = 0.001
@@ -133,20 +133,20 @@ def new_scenario_text(
             f"{LONGEST_PERIOD:g} s"
         )
     axis = "linear" if linear else "rotary"
-    coulomb, viscous = COULOMB_SHARE * torque, VISCOUS_SHARE * torque / speed
+    coulomb, viscous = COULOMB_FRACTION * torque, VISCOUS_FRACTION * torque / speed
     curve = {
         "inertia": _rounded(inertia),
         "coulomb": _rounded(coulomb),
         "stiction": _rounded(STICTION_FACTOR * coulomb),
         "viscous": _rounded(viscous),
-        "stribeck_velocity": _rounded(STRIBECK_SHARE * speed),
+        "stribeck_velocity": _rounded(STRIBECK_FRACTION * speed),
     }
     joint = {
         **({"axis": axis} if linear else {}),
         **curve,
         **({} if gear_ratio is None else {"gear_ratio": gear_ratio}),
     }
-    sensor = {"velocity_noise": _rounded(NOISE_SHARE * speed)}
+    sensor = {"velocity_noise": _rounded(NOISE_FRACTION * speed)}
     if encoder is not None:
         sensor = {"encoder_resolution": float(f"{encoder.resolution(gear_ratio, linear):.7g}")}
     solver = _solver_period(curve, period, delay)
@@ -171,13 +171,13 @@ def _with_a_loop(content: dict[str, Any]) -> dict[str, Any]:
     """Return a content with the bandwidth, and where it has none the corner of the low-pass, of the least error."""
     cutoffs: list[float | None] = [None]
     if "velocity" in content:
-        given, most = content["velocity"]["cutoff"], CUTOFF_SHARE / content["sampling"]["period"]
+        given, most = content["velocity"]["cutoff"], CUTOFF_FRACTION / content["sampling"]["period"]
         cutoffs = [given] if given is not None else [one for one in CUTOFFS if one <= most] or [most]
     best, least = content, (True, math.inf)
     for cutoff in cutoffs:
         made = content if cutoff is None else {**content, "velocity": {**content["velocity"], "cutoff": cutoff}}
         scenario = Scenario.model_validate({**made, "duration": content["sampling"]["period"]})
-        for bandwidth in reversed(tried_bandwidths(scenario, LOOP_SHARE)):
+        for bandwidth in reversed(tried_bandwidths(scenario, LOOP_FRACTION)):
             loop = loop_at(scenario, bandwidth)
             trembles = loop.noise_torque > TREMBLING * content["actuator"]["torque_limit"]
             error = math.hypot(loop.noise_velocity, loop.friction_velocity)
@@ -194,10 +194,10 @@ def _comments(units: dict[str, str], encoder: Encoder | None) -> dict[str, str]:
     """Return what is said beside the numbers, with their units."""
     return {
         "joint.inertia": f"{units['inertia']}, motor and load at the joint",
-        "joint.coulomb": f"{units['torque']}, assumed: {100.0 * COULOMB_SHARE:g} % of the rated one",
+        "joint.coulomb": f"{units['torque']}, assumed: {100.0 * COULOMB_FRACTION:g} % of the rated one",
         "joint.stiction": f"{units['torque']}, assumed: {STICTION_FACTOR:g} times Coulomb friction",
-        "joint.viscous": f"{units['viscous']}, assumed: {100.0 * VISCOUS_SHARE:g} % of the rated one at rated speed",
-        "joint.stribeck_velocity": f"{units['speed']}, assumed: {100.0 * STRIBECK_SHARE:g} % of the rated one",
+        "joint.viscous": f"{units['viscous']}, assumed: {100.0 * VISCOUS_FRACTION:g} % of the rated one at rated speed",
+        "joint.stribeck_velocity": f"{units['speed']}, assumed: {100.0 * STRIBECK_FRACTION:g} % of the rated one",
         "joint.gear_ratio": "of the motor to the joint",
         "joint.solver_period": "s, of the simulation",
         "sampling.period": "s",

@@ -19,10 +19,10 @@ SHORTEST = 10.0
 """Shortest run that is warned of as too slow, s."""
 
 OFTEN = 0.02
-"""Share of the time in which the reference may need more than the torque limit without a warning."""
+"""Fraction of the time in which the reference may need more than the torque limit without a warning."""
 
-USED_SHARE = 0.7
-"""Share of the torque limit that a suggested or default peak needs."""
+USED_FRACTION = 0.7
+"""Fraction of the torque limit that a suggested or default peak needs."""
 
 
 def largest_peak(joint: FrictionFields, limit: float, velocity: NDArray[np.float64], period: float) -> float:
@@ -41,7 +41,7 @@ def largest_peak(joint: FrictionFields, limit: float, velocity: NDArray[np.float
     """
     peak = largest_size(velocity)
     steepest = largest_size(np.diff(velocity)) / period if velocity.size > 1 else 0.0
-    return peak * (USED_SHARE * limit - joint.stiction) / (joint.inertia * steepest + joint.viscous * peak)
+    return peak * (USED_FRACTION * limit - joint.stiction) / (joint.inertia * steepest + joint.viscous * peak)
 
 
 def default_peak(joint: FrictionFields, limit: float | None, unit: NDArray[np.float64], period: float) -> float:

@@ -12,7 +12,7 @@ from scipy.interpolate import CubicSpline, PchipInterpolator
 
 from adaptive_ff.errors import InputError
 from adaptive_ff.logs.text_tables import read_complete_table
-from adaptive_ff.scenario.series import blocks, largest_size
+from adaptive_ff.scenario.series import chunks, largest_size
 from adaptive_ff.scenario.sines import sum_of_sines
 from plant.fields import Finite, NonNegative, Positive, Table
 
@@ -70,28 +70,28 @@ class Multisine(Table):
         velocity = sum_of_sines(2.0 * math.pi * np.array(self.frequencies), phases, weights, time)
         peak = 1.0 if self.peak is None else self.peak
         velocity *= peak / max(largest_size(velocity), np.finfo(float).tiny)
-        for part in blocks(self._end_of_fades(time)):
-            velocity[part] *= self._share(time[part])
+        for part in chunks(self._end_of_fades(time)):
+            velocity[part] *= self._fraction(time[part])
         return velocity
 
     def _end_of_fades(self, time: NDArray[np.float64]) -> int:
         """Return the place in a grid of times (s) from which on nothing fades; with a pause, its end."""
         return time.size if self.pause is not None else int(np.searchsorted(time, self.fade_in))
 
-    def _share(self, time: NDArray[np.float64]) -> NDArray[np.float64]:
+    def _fraction(self, time: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return by how much the motion is faded in, and out and in about its pause."""
-        share = self._faded(time)
+        fraction = self._faded(time)
         if self.pause is not None:
             begin, end = self.pause
-            share *= np.where(time < 0.5 * (begin + end), self._faded(begin - time), self._faded(time - end))
-        return share
+            fraction *= np.where(time < 0.5 * (begin + end), self._faded(begin - time), self._faded(time - end))
+        return fraction
 
     def _faded(self, time: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return a smooth rise from 0 to 1 that begins at time zero; a jump there without a fade."""
         if self.fade_in == 0.0:
             return np.where(time >= 0.0, 1.0, 0.0)
-        share = np.clip(time / self.fade_in, 0.0, 1.0)
-        return share * share * (3.0 - 2.0 * share)
+        fraction = np.clip(time / self.fade_in, 0.0, 1.0)
+        return fraction * fraction * (3.0 - 2.0 * fraction)
 
 
 class Recorded(Table):

@@ -51,7 +51,7 @@ def check_changes(scenario: "Scenario") -> None:
 
 
 def check_identified(scenario: "Scenario") -> None:
-    """What is identified can be told on this axis."""
+    """Check that what is identified exists on this axis."""
     if scenario.joint.axis == "linear" and "gravity" in (scenario.adaptation.identify or ""):
         raise ValueError(
             f"adaptation.identify = {scenario.adaptation.identify!r} is not allowed for axis = 'linear': it must be "

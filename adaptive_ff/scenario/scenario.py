@@ -23,7 +23,7 @@ from adaptive_ff.scenario.point_to_point import PointToPoint
 from adaptive_ff.scenario.position import PositionControl
 from adaptive_ff.scenario.reference import SHORTEST, Motion, Multisine, Recorded
 from adaptive_ff.scenario.relations import RELATIONS
-from adaptive_ff.scenario.series import size_and_lost_share
+from adaptive_ff.scenario.series import size_and_lost_fraction
 from adaptive_ff.scenario.shared_series import SharedSeries
 from adaptive_ff.scenario.tables import STRICT, Adaptation, Feedback, FixedModel, Sampling, Sweep, VelocityEstimate
 from adaptive_ff.scenario.validation import explain
@@ -188,7 +188,7 @@ class Scenario(Table):
         return self.delay if self.feedback.delay is None else self.feedback.delay / self.sampling.period
 
     def times(self) -> NDArray[np.float64]:
-        """Return the solver's grid, s, shape (steps + 1,), read-only: scenarios share it."""
+        """Return the solver's grid, s, shape (steps + 1,), read-only: common to scenarios."""
         steps, period = int(self.sample_steps[-1]), self.joint.solver_period
         return GRIDS.get((steps, period), lambda: np.arange(steps + 1, dtype=float) * period)
 
@@ -205,7 +205,7 @@ class Scenario(Table):
 
     @property
     def friction_periods(self) -> list[float]:
-        """Periods of friction over position that the adaptive controller is told, rad."""
+        """Periods of friction over position given to the adaptive controller, rad."""
         turn = [] if self.joint.gear_ratio is None else [2.0 * math.pi / self.joint.gear_ratio]
         return [*self.adaptation.position_periods, *(turn if self.adaptation.motor_turn else [])]
 
@@ -264,16 +264,16 @@ class Scenario(Table):
         return unit, factor
 
     def _unit_motion(self) -> tuple[NDArray[np.float64], float, float]:
-        """Return the reference before its peak is chosen where none is given, read-only, its size and the share lost.
+        """Return the reference before its peak is chosen, read-only, its size, and the fraction lost between samples.
 
-        The size is a root mean square, and so is the share of it that is lost between samples. Computed once for what
-        decides them: the seed does where something of the reference is drawn.
+        Size and fraction are root mean squares. Computed once for what decides them: the seed does where something of
+        the reference is drawn.
         """
         reference, steps = self.reference, self.sample_steps
 
         def measure() -> NDArray[np.float64]:
             with np.errstate(over="ignore", invalid="ignore"):
-                return np.array(size_and_lost_share(unit, steps))
+                return np.array(size_and_lost_fraction(unit, steps))
 
         if isinstance(reference, Recorded):  # its file may change from one reading to the next
             assert self.motion is not None

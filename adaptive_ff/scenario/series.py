@@ -1,4 +1,4 @@
-"""Long series: in blocks, their largest size without a copy of them, and what is lost between their samples."""
+"""Long series: in chunks, their largest size without a copy of them, and what is lost between their samples."""
 
 import math
 from collections.abc import Iterator
@@ -6,12 +6,12 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-BLOCK = 2**18
+CHUNK = 2**18
 """Values of a series that are computed at a time."""
 
 
-def blocks(size: int, length: int = BLOCK) -> Iterator[slice]:
-    """Yield a series in blocks, so that what is computed on the way takes no room that grows with its length."""
+def chunks(size: int, length: int = CHUNK) -> Iterator[slice]:
+    """Yield a series in chunks, so that what is computed on the way takes no room that grows with its length."""
     for begin in range(0, size, length):
         yield slice(begin, min(begin + length, size))
 
@@ -21,8 +21,8 @@ def largest_size(values: NDArray[np.float64]) -> float:
     return max(float(np.max(values)), -float(np.min(values)))
 
 
-def size_and_lost_share(series: NDArray[np.float64], steps: NDArray[np.int64]) -> tuple[float, float]:
-    """Return the root mean square of a series, and the share of it that straight lines through its samples lose.
+def size_and_lost_fraction(series: NDArray[np.float64], steps: NDArray[np.int64]) -> tuple[float, float]:
+    """Return the root mean square of a series, and the fraction of it that straight lines through its samples lose.
 
     Parameters
     ----------
@@ -32,7 +32,7 @@ def size_and_lost_share(series: NDArray[np.float64], steps: NDArray[np.int64]) -
         Places of the samples, from 0 to n, ascending.
     """
     samples, lost = steps.size - 1, 0.0
-    for part in blocks(samples, max(1, BLOCK * samples // series.size)):
+    for part in chunks(samples, max(1, CHUNK * samples // series.size)):
         ends = steps[part.start : part.stop + 1]
         lost += _squares_off_the_lines(series[ends[0] : ends[-1] + 1], ends - ends[0])
     size = math.sqrt(float(np.einsum("i,i->", series, series)) / series.size)

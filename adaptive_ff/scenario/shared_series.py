@@ -1,4 +1,4 @@
-"""Series that several scenarios share, computed once and kept as long as there is room.
+"""Series that several scenarios fraction, computed once and kept as long as there is room.
 
 A sweep, a matrix and a comparison ask for the same motion several times: where the scenario is checked, where the drive
 is sized, where a run begins. What is kept is read-only; who wants to hand it to compiled code takes a copy, for a

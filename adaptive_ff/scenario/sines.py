@@ -5,7 +5,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from adaptive_ff.scenario.series import blocks
+from adaptive_ff.scenario.series import chunks
 from controllers.compiled import compiled
 
 Array = NDArray[np.float64]
@@ -25,12 +25,12 @@ def sum_of_sines(omegas: Array, phases: Array, weights: Array, time: Array) -> A
         Times, s, evenly spaced.
     """
     total = np.empty_like(time)
-    for part in blocks(time.size):
-        total[part] = _sum_in_block(omegas, phases, weights, time[part])
+    for part in chunks(time.size):
+        total[part] = _sum_in_chunk(omegas, phases, weights, time[part])
     return total
 
 
-def _sum_in_block(omegas: Array, phases: Array, weights: Array, time: Array) -> Array:
+def _sum_in_chunk(omegas: Array, phases: Array, weights: Array, time: Array) -> Array:
     length = math.isqrt(time.size) + 1
     inside, begins = time[:length] - time[0], time[::length]
     table = np.zeros((begins.size, length))

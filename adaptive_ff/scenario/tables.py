@@ -35,7 +35,7 @@ MOST_PERIODS, MOST_HATS = 7, 100
 
 
 LATE = {9: 0.5, 19: 1.0, 29: 0.5}
-"""Samples of a cycle that come late when sampling jitters, and by which share of the jitter."""
+"""Samples of a cycle that come late when sampling jitters, and by which fraction of the jitter."""
 
 CYCLE = 40
 """Samples of such a cycle."""
@@ -49,8 +49,8 @@ class Sampling(Table):
     period : float
         Mean sampling period, s, a whole number of solver periods.
     jitter : float, optional
-        Outliers of the sampling time as the paper's Fig. 10 shows them, as a share of the period: of 40 intervals
-        one is longer by this share and two by half of it, the others are shorter. 0.9 is like the figure.
+        Outliers of the sampling time as the paper's Fig. 10 shows them, as a fraction of the period: of 40 intervals
+        one is longer by this fraction and two by half of it, the others are shorter. 0.9 is like the figure.
     """
 
     model_config = STRICT
@@ -63,8 +63,8 @@ class Sampling(Table):
         if self.jitter == 0.0:
             return np.arange(count + 1, dtype=np.int64) * round(self.period / solver_period)
         pattern = np.full(CYCLE, 1.0 - self.jitter * sum(LATE.values()) / (CYCLE - len(LATE)))
-        for place, share in LATE.items():
-            pattern[place] = 1.0 + share * self.jitter
+        for place, fraction in LATE.items():
+            pattern[place] = 1.0 + fraction * self.jitter
         ends = np.cumsum(np.resize(pattern, count)) * self.period / solver_period
         steps = np.append(0, np.rint(ends[ends <= length / solver_period + 1e-6])).astype(np.int64)
         return np.unique(steps)

@@ -75,7 +75,7 @@ def friction_power(scenario: Scenario, velocity: NDArray[np.float64]) -> NDArray
     return np.where(velocity > 0.0, forward, backward) * np.abs(velocity)
 
 
-def model_course(scenario: Scenario) -> list[tuple[float, TorqueModel]]:
+def model_changes(scenario: Scenario) -> list[tuple[float, TorqueModel]]:
     """Return times (s) and the true model from then on, as they are along the reference.
 
     Friction that varies with position, weight or its own heat is taken where the reference is.
@@ -90,17 +90,17 @@ def model_course(scenario: Scenario) -> list[tuple[float, TorqueModel]]:
     work = np.append(0.0, np.cumsum(friction_power(scenario, velocity)) * period)
     steps = np.unique(np.append(plan.starts, np.linspace(0, velocity.size - 1, GRID).astype(np.int64)))
     phases = np.searchsorted(plan.starts, steps, side="right") - 1
-    course, warmth = [], 0.0
+    setup, warmth = [], 0.0
     for step, following, phase in zip(steps, [*steps[1:], steps[-1]], phases.tolist(), strict=True):
         time, duration = float(step * period), float((following - step) * period)
         weight = gravity_torque(scenario.joint.weight, float(position[step]))
         factor = float(friction_factor(plan, phase, time, float(position[step]), weight, warmth))
         change = JointChange(*map(float, phase_change(plan, phase)))
-        course.append((time, true_model(scenario, factor, change)))
+        setup.append((time, true_model(scenario, factor, change)))
         if duration > 0.0:
             power = factor * float(work[following] - work[step]) / duration
             warmth = heated(plan, warmth, power, duration)
-    return course
+    return setup
 
 
 def last_model(scenario: Scenario) -> TorqueModel:

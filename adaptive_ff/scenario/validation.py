@@ -40,7 +40,7 @@ def explain_option(name: str, error: ValidationError) -> str:
     name : str
         The option, such as ``--runs``.
     error : pydantic.ValidationError
-        What was found; its first finding is told.
+        What was found; its first finding is reported.
     """
     finding = error.errors(include_url=False)[0]
     value, message = finding["input"], finding["msg"].removeprefix("Value error, ")

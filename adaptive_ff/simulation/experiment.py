@@ -1,4 +1,4 @@
-"""What every controller of a run shares (joint, drive, reference, noise), and the series that the run fills in."""
+"""Set-up of a run (joint, drive, reference, noise), common to all controllers, and the series that it records."""
 
 import math
 from typing import Any, NamedTuple
@@ -28,7 +28,7 @@ NO_POSITION_LOOP = PositionLoopParameters(0.0, math.inf)
 """A position loop that does nothing."""
 
 
-class Course(NamedTuple):
+class RunSetup(NamedTuple):
     """Everything of a run that does not depend on the controller, computed before it starts.
 
     Attributes
@@ -131,12 +131,12 @@ class Record(NamedTuple):
     monitors: NDArray[np.float64]
 
 
-def empty_record(course: Course, estimates: int, monitors: int = 0) -> Record:
+def empty_record(setup: RunSetup, estimates: int, monitors: int = 0) -> Record:
     """Return the series of a run, to be filled in."""
-    count = course.noise.size
+    count = setup.noise.size
     return Record(
-        velocity=np.zeros(course.reference.size),
-        position=np.zeros(course.reference.size),
+        velocity=np.zeros(setup.reference.size),
+        position=np.zeros(setup.reference.size),
         friction=np.zeros(count),
         measured=np.zeros(count),
         given=np.zeros(count),
@@ -147,16 +147,16 @@ def empty_record(course: Course, estimates: int, monitors: int = 0) -> Record:
     )
 
 
-def with_preview(course: Course, delay: float) -> Course:
-    """Return a course on which the plan is known for when a torque acts after a delay (s), to the solver's period."""
-    lead = round(delay / course.solver_period)
-    if lead == course.lead:
-        return course
-    steps = course.samples + lead
+def with_preview(setup: RunSetup, delay: float) -> RunSetup:
+    """Return a setup on which the plan is known for when a torque acts after a delay (s), to the solver's period."""
+    lead = round(delay / setup.solver_period)
+    if lead == setup.lead:
+        return setup
+    steps = setup.samples + lead
     acting = np.full(steps.size, np.nan)
-    known = steps < course.reference.size
-    acting[known] = course.reference[steps[known]]
-    return course._replace(acting=acting, lead=lead)
+    known = steps < setup.reference.size
+    acting[known] = setup.reference[steps[known]]
+    return setup._replace(acting=acting, lead=lead)
 
 
 def planned_position(joint: Any, reference: NDArray[np.float64], period: float) -> NDArray[np.float64]:
@@ -179,27 +179,27 @@ def planned_position(joint: Any, reference: NDArray[np.float64], period: float) 
     return np.cumsum(planned, out=planned)
 
 
-def lay_plain_course(
+def build_plain_setup(
     joint: AnyJoint,
     samples: NDArray[np.int64],
     reference: NDArray[np.float64],
     noise: NDArray[np.float64],
     actuator: Actuator | None = None,
-) -> Course:
-    """Make a course by hand: a joint whose friction does not change, a velocity sensor, samples at will.
+) -> RunSetup:
+    """Make a setup by hand: a joint whose friction does not change, a velocity sensor, samples at will.
 
     Parameters
     ----------
     joint : JointModel, LuGreJoint or ElasticJoint
         The joint.
     samples, reference, noise : ndarray
-        As in :class:`Course`.
+        As in :class:`RunSetup`.
     actuator : Actuator, optional
         The drive; by default one without limits and without delay.
     """
     drive = Actuator() if actuator is None else actuator
     period = joint.solver_period
-    course = Course(
+    setup = RunSetup(
         joint=joint.parameters,
         plan=schedule([], period),
         actuator=drive.parameters,
@@ -220,14 +220,14 @@ def lay_plain_course(
         acting=np.zeros(0),
         lead=-1,
     )
-    return with_preview(course, drive.delay)
+    return with_preview(setup, drive.delay)
 
 
-def lay_course(scenario: Scenario) -> Course:
+def build_setup(scenario: Scenario) -> RunSetup:
     """Compute everything of a scenario that does not depend on the controller."""
     joint, period, reference = scenario.joint.parameters, scenario.joint.solver_period, scenario.reference_velocity()
     noise, held = scenario.sensed()
-    course = Course(
+    setup = RunSetup(
         joint=joint,
         plan=scenario.plan,
         actuator=scenario.actuator.parameters,
@@ -248,4 +248,4 @@ def lay_course(scenario: Scenario) -> Course:
         acting=np.zeros(0),
         lead=-1,
     )
-    return with_preview(course, scenario.assumed_delay * scenario.sampling.period)
+    return with_preview(setup, scenario.assumed_delay * scenario.sampling.period)

@@ -8,7 +8,7 @@ import math
 from contextlib import suppress
 from typing import Any, NamedTuple
 
-from adaptive_ff.simulation.experiment import Course, Record
+from adaptive_ff.simulation.experiment import Record, RunSetup
 from controllers import (
     INLINED,
     Controller,
@@ -146,11 +146,11 @@ class Position(NamedTuple):
     reading: float
 
 
-def is_plain(course: Course) -> bool:
+def is_plain(setup: RunSetup) -> bool:
     """Tell whether the last command acts as it is, on friction that only jumps: one test a step instead of five."""
-    actuator = course.actuator
-    as_given = course.delay == 0 and actuator.lag == 0.0 and actuator.gain == 1.0 and actuator.ripple_amplitude == 0.0
-    return as_given and not course.plan.varies and course.gravity.amplitude == 0.0
+    actuator = setup.actuator
+    as_given = setup.delay == 0 and actuator.lag == 0.0 and actuator.gain == 1.0 and actuator.ripple_amplitude == 0.0
+    return as_given and not setup.plan.varies and setup.gravity.amplitude == 0.0
 
 
 def next_change(plan: FrictionSchedule, phase: int) -> int:
@@ -158,30 +158,30 @@ def next_change(plan: FrictionSchedule, phase: int) -> int:
     return plan.starts[phase + 1] if phase + 1 < plan.starts.size else NEVER
 
 
-def joint_of_phase(course: Course, phase: int) -> tuple[Any, Any]:
+def joint_of_phase(setup: RunSetup, phase: int) -> tuple[Any, Any]:
     """Return the joint of a phase without what scales its friction, and with that, ready to be stepped."""
-    changed = change_joint(course.joint, phase_change(course.plan, phase))
-    return changed, ready_joint(scale_joint(changed, course.plan.scales[phase]), course.solver_period)
+    changed = change_joint(setup.joint, phase_change(setup.plan, phase))
+    return changed, ready_joint(scale_joint(changed, setup.plan.scales[phase]), setup.solver_period)
 
 
-def read_sensor(course: Course, motion: Any, sample: int, last: float) -> float:
+def read_sensor(setup: RunSetup, motion: Any, sample: int, last: float) -> float:
     """Return what the sensor reads, rad of an encoder and else rad/s; the last reading where it holds that."""
-    if course.held[sample]:
+    if setup.held[sample]:
         return last
-    if course.resolution > 0.0:
-        return encoder_reading(course.resolution, measured_angle(course.angle_ripple, motion.position))
-    speed = measured_speed(course.angle_ripple, motion.position, sensed_velocity(motion))
-    return speed + course.noise[sample]  # type: ignore[no-any-return]
+    if setup.resolution > 0.0:
+        return encoder_reading(setup.resolution, measured_angle(setup.angle_ripple, motion.position))
+    speed = measured_speed(setup.angle_ripple, motion.position, sensed_velocity(motion))
+    return speed + setup.noise[sample]  # type: ignore[no-any-return]
 
 
 def inputs_at(
-    course: Course, sample: int, velocity: float, position: float, correction: float, realised: float, elapsed: float
+    setup: RunSetup, sample: int, velocity: float, position: float, correction: float, realised: float, elapsed: float
 ) -> Inputs:
     """Return what a controller is given at a sample.
 
     Parameters
     ----------
-    course : Course
+    setup : RunSetup
         What is planned.
     sample : int
         The sample.
@@ -196,23 +196,23 @@ def inputs_at(
     """
     following = natural(sample + 1)
     return Inputs(
-        reference=course.reference[natural(course.samples[sample])],
+        reference=setup.reference[natural(setup.samples[sample])],
         velocity=velocity,
-        next_reference=course.reference[natural(course.samples[following])],
+        next_reference=setup.reference[natural(setup.samples[following])],
         correction=correction,
         position=position,
         realised_torque=realised,
         feedforward=0.0,
         inertia=math.nan,
         dt=elapsed,
-        acting_reference=course.acting[sample],
-        next_acting_reference=course.acting[following],
+        acting_reference=setup.acting[sample],
+        next_acting_reference=setup.acting[following],
     )
 
 
-def acting_command(course: Course, acting: int, sample: int, step: int) -> int:
+def acting_command(setup: RunSetup, acting: int, sample: int, step: int) -> int:
     """Return the sample whose command acts at a solver step of a sample, after the one that has acted."""
-    while acting < sample and course.samples[acting + 1] + course.delay <= step:
+    while acting < sample and setup.samples[acting + 1] + setup.delay <= step:
         acting += 1
     return acting
 
@@ -226,15 +226,15 @@ def torque_at_joint(actuator: ActuatorParameters, torque: float, position: float
 
 
 def run_plain(
-    block: Any, state: Any, course: Course, position: Position, stop: int, record: Record
+    parameters: Any, state: Any, setup: RunSetup, position: Position, stop: int, record: Record
 ) -> tuple[Any, Position]:
     """Run the loop from a position to a sample.
 
     Parameters
     ----------
-    block, state : NamedTuple
+    parameters, state : NamedTuple
         Parameters and state of the controller.
-    course : Course
+    setup : RunSetup
         Joint, drive, reference and noise.
     position : Position
         Where to start.
@@ -253,52 +253,52 @@ def run_plain(
     phase, motion, observer, acting = position.phase, position.joint, position.observer, position.acting
     given, realised, current = position.given_torque, position.realised_torque, position.current_torque
     outer, warmth, reading = position.outer, position.warmth, position.reading
-    actuator, plan, period = course.actuator, course.plan, course.solver_period
+    actuator, plan, period = setup.actuator, setup.plan, setup.solver_period
     reports = actuator.reports  # asked once: the loop of a fixed feedforward takes a twentieth less time
-    changed, joint = joint_of_phase(course, phase)
-    plain, watched = is_plain(course), record.monitors.shape[1] > 0
-    averaged, change = course.delay > 0 or actuator.lag > 0.0, next_change(plan, phase)
+    changed, joint = joint_of_phase(setup, phase)
+    plain, watched = is_plain(setup), record.monitors.shape[1] > 0
+    averaged, change = setup.delay > 0 or actuator.lag > 0.0, next_change(plan, phase)
     k = position.sample
     while k < stop:
         sample = natural(k)
-        first, last = course.samples[sample], course.samples[natural(k + 1)]
+        first, last = setup.samples[sample], setup.samples[natural(k + 1)]
         begin = natural(first)
-        previous = course.samples[k - 1] if k > 0 else first - (last - first)
+        previous = setup.samples[k - 1] if k > 0 else first - (last - first)
         elapsed = (first - previous) * period
         record.velocity[begin] = motion.velocity
         record.position[begin] = motion.position
-        reading = read_sensor(course, motion, sample, reading)
-        measured, observer = estimate_velocity(course.observer, observer, reading, elapsed)
-        angle = encoder_reading(course.position_step, measured_angle(course.angle_ripple, motion.position))
+        reading = read_sensor(setup, motion, sample, reading)
+        measured, observer = estimate_velocity(setup.observer, observer, reading, elapsed)
+        angle = encoder_reading(setup.position_step, measured_angle(setup.angle_ripple, motion.position))
         correction = 0.0
-        if course.outer.gain > 0.0:
-            correction, outer = step_position_loop(course.outer, outer, course.planned[begin], angle)
+        if setup.outer.gain > 0.0:
+            correction, outer = step_position_loop(setup.outer, outer, setup.planned[begin], angle)
         reported = realised if reports else math.nan
-        inputs = inputs_at(course, sample, measured, angle, correction, reported, elapsed)
-        output, state = step(block, state, inputs)
+        inputs = inputs_at(setup, sample, measured, angle, correction, reported, elapsed)
+        output, state = step(parameters, state, inputs)
         given = realise_torque(actuator, output.torque, given, elapsed)
         record.friction[sample] = motion.friction_torque
         record.measured[sample] = measured
         record.given[sample] = given
         record.feedforward[sample] = output.feedforward
-        write_estimates(block, state, record.estimates[sample])
+        write_estimates(parameters, state, record.estimates[sample])
         if watched:  # compiled code would write beyond a row that has no place for them
-            write_monitors(block, state, record.monitors[sample])
+            write_monitors(parameters, state, record.monitors[sample])
         torque, realised, total, i = given, given, 0.0, first
         while i < last:
             while i >= change:
                 phase += 1
-                changed, joint = joint_of_phase(course, phase)
+                changed, joint = joint_of_phase(setup, phase)
                 change = next_change(plan, phase)
             if not plain:
-                acting = acting_command(course, acting, k, i)
+                acting = acting_command(setup, acting, k, i)
                 torque = record.given[acting] if acting >= 0 else 0.0
                 if actuator.lag > 0.0:
                     torque, current = lagged_torque(actuator, torque, current, period)
                 total += torque
-                weight = gravity_torque(course.gravity, motion.position) if course.gravity.amplitude > 0.0 else 0.0
+                weight = gravity_torque(setup.gravity, motion.position) if setup.gravity.amplitude > 0.0 else 0.0
                 if plan.varies:
-                    time = (course.begin + i) * period
+                    time = (setup.begin + i) * period
                     factor = friction_factor(plan, phase, time, motion.position, weight, warmth)
                     joint = ready_joint(scale_joint(changed, factor), period)
                 torque = torque_at_joint(actuator, torque, motion.position) - weight
@@ -312,7 +312,7 @@ def run_plain(
             reached = natural(i)
             record.velocity[reached] = motion.velocity
             record.position[reached] = motion.position
-        if course.delay == 0:
+        if setup.delay == 0:
             acting = k
         record.torque[sample] = realised
         k += 1
@@ -339,44 +339,44 @@ Of a controller in ``INLINED`` it takes parameters and state themselves, and is 
 
 
 def run_compiled(
-    block: Any, state: Any, course: Course, position: Position, stop: int, record: Record
+    parameters: Any, state: Any, setup: RunSetup, position: Position, stop: int, record: Record
 ) -> tuple[Any, Position]:
     """Run the loop as :func:`run_plain` does, compiled: once for a kind of joint, once for a kind of controller."""
     if not compiles():
-        return run_plain(block, state, course, position, stop, record)
-    if type(block) in INLINED:
-        return run_in_memory(block, state, course, position, stop, record)
-    native = Native(block, state)
-    _, position = run_in_memory(native.block, 0, course, position, stop, record)
+        return run_plain(parameters, state, setup, position, stop, record)
+    if type(parameters) in INLINED:
+        return run_in_memory(parameters, state, setup, position, stop, record)
+    native = Native(parameters, state)
+    _, position = run_in_memory(native.block, 0, setup, position, stop, record)
     return native.state, position
 
 
-def run_controller(controller: Controller, course: Course, position: Position, stop: int, record: Record) -> Position:
+def run_controller(controller: Controller, setup: RunSetup, position: Position, stop: int, record: Record) -> Position:
     """Run the loop with a controller, whose state goes on; return the position where the run has come to."""
     run = run_in_memory if compiles() else run_plain
     if compiles() and type(controller.parameters) not in INLINED:
         with suppress(NoCompiler):
-            return run(controller.native, 0, course, position, stop, record)[1]
+            return run(controller.native, 0, setup, position, stop, record)[1]
         run = run_plain
-    block, state = controller.parameters, controller.state
-    controller.state, position = run(block, state, course, position, stop, record)
+    parameters, state = controller.parameters, controller.state
+    controller.state, position = run(parameters, state, setup, position, stop, record)
     return position
 
 
-def start_position(course: Course, velocity: float | None = None) -> Position:
+def start_position(setup: RunSetup, velocity: float | None = None) -> Position:
     """Return the position at the start of a run.
 
     Parameters
     ----------
-    course : Course
+    setup : RunSetup
         Joint, drive, reference and noise.
     velocity : float, optional
         Velocity of the joint, rad/s; that of the reference by default.
     """
-    start = float(course.reference[0]) if velocity is None else velocity
-    joint = INITIAL_STATE[type(course.joint)](course.joint, start)
-    observer, outer = initial_velocity_state(course.observer, joint.position, start), initial_position_loop_state()
-    reading = joint.position if course.resolution > 0.0 else start
+    start = float(setup.reference[0]) if velocity is None else velocity
+    joint = INITIAL_STATE[type(setup.joint)](setup.joint, start)
+    observer, outer = initial_velocity_state(setup.observer, joint.position, start), initial_position_loop_state()
+    reading = joint.position if setup.resolution > 0.0 else start
     return Position(
         sample=0,
         phase=0,

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from adaptive_ff.scenario.series import blocks, largest_size
+from adaptive_ff.scenario.series import chunks, largest_size
 
 START = 5.0
 """Length of the start, s of motion."""
@@ -207,7 +207,7 @@ def standstill_range(
 
 def first_motion(reference: NDArray[np.float64]) -> int:
     """Return the first place at which a reference is not zero; zero where it never moves."""
-    for part in blocks(reference.size, FEW):
+    for part in chunks(reference.size, FEW):
         moving = reference[part] != 0.0
         if np.any(moving):
             return int(part.start + np.argmax(moving))

@@ -3,17 +3,17 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from adaptive_ff.simulation.experiment import Course
+from adaptive_ff.simulation.experiment import RunSetup
 from adaptive_ff.simulation.loop import Position
 
 
-def part_of(course: Course, position: Position, stop: int) -> tuple[Course, Position, int]:
-    """Return the course from where a run has come to up to a sample, as a course of its own.
+def part_of(setup: RunSetup, position: Position, stop: int) -> tuple[RunSetup, Position, int]:
+    """Return the setup from where a run has come to up to a sample, as a setup of its own.
 
     Parameters
     ----------
-    course : Course
-        The whole course; the part has views of its series.
+    setup : RunSetup
+        The whole setup; the part has views of its series.
     position : Position
         Where the run has come to.
     stop : int
@@ -21,31 +21,31 @@ def part_of(course: Course, position: Position, stop: int) -> tuple[Course, Posi
 
     Returns
     -------
-    part : Course
+    part : RunSetup
         The part. It begins where the command was given that still acts, or one sample early: the time since the last
         sample counts.
     position : Position
         The position in the part.
     first : int
-        Sample of the whole course with which the part begins.
+        Sample of the whole setup with which the part begins.
     """
     first = max(0, min(position.acting, position.sample - 1))
-    begin, end = int(course.samples[first]), int(course.samples[stop])
-    part = course._replace(
-        samples=course.samples[first : stop + 1] - begin,
-        reference=course.reference[begin : end + 1],
-        noise=course.noise[first:stop],
-        held=course.held[first:stop],
-        planned=course.planned[begin : end + 1],
-        plan=course.plan._replace(starts=course.plan.starts - begin),
+    begin, end = int(setup.samples[first]), int(setup.samples[stop])
+    part = setup._replace(
+        samples=setup.samples[first : stop + 1] - begin,
+        reference=setup.reference[begin : end + 1],
+        noise=setup.noise[first:stop],
+        held=setup.held[first:stop],
+        planned=setup.planned[begin : end + 1],
+        plan=setup.plan._replace(starts=setup.plan.starts - begin),
         begin=begin,
-        acting=course.acting[first : stop + 1],
+        acting=setup.acting[first : stop + 1],
     )
     return part, _shifted(position, -first), first
 
 
 def after_part(position: Position, first: int) -> Position:
-    """Return the position in the whole course for one in a part that begins with a sample."""
+    """Return the position in the whole setup for one in a part that begins with a sample."""
     return _shifted(position, first)
 
 

@@ -27,7 +27,7 @@ from adaptive_ff.reported import Reported
 from adaptive_ff.scenario.axis_units import axis_unit
 from adaptive_ff.scenario.loop import LoopAtBandwidth, loop_at, tried_bandwidths
 from adaptive_ff.scenario.scenario import Scenario
-from adaptive_ff.simulation.experiment import lay_course
+from adaptive_ff.simulation.experiment import build_setup
 from adaptive_ff.studies.study import Found, run_study
 
 if TYPE_CHECKING:
@@ -165,7 +165,7 @@ def study_bandwidths(
     workers : int, optional
         Number of processes; None for one a core.
     progress : callable, optional
-        Is called with the share done, from 0 to 1.
+        Is called with the fraction done, from 0 to 1.
 
     Raises
     ------
@@ -192,14 +192,14 @@ def study_bandwidths(
             f"{loops[-1].integral:.4g} {unit}"
         )
     trials = {f"{bandwidth}, {seed}": (bandwidth, seed) for bandwidth in tried for seed in tuning_seeds}
-    share = len(trials) / (len(trials) + len(reported_seeds))
+    fraction = len(trials) / (len(trials) + len(reported_seeds))
     found = run_study(
         partial(_trial, scenario),
         trials,
         names,
         workers=workers,
         threads=True,
-        progress=None if progress is None else lambda done: progress(share * done),
+        progress=None if progress is None else lambda done: progress(fraction * done),
     )
     errors = {name: np.reshape([one[name] for one in found.values()], (len(tried), seeds, 2)) for name in names}
     least = least_errors(errors[BASELINE])
@@ -210,7 +210,7 @@ def study_bandwidths(
         names,
         workers=workers,
         threads=True,
-        progress=None if progress is None else lambda done: progress(share + (1.0 - share) * done),
+        progress=None if progress is None else lambda done: progress(fraction + (1.0 - fraction) * done),
     )
     medians = {name: np.median([one[name] for one in reported.values()], axis=0).tolist() for name in names}
     own_errors = {name: Errors(*pair[0]) for name, pair in medians.items()}
@@ -222,8 +222,8 @@ def _trial(scenario: Scenario, trial: tuple[float, int], names: list[str]) -> Fo
     """Return the errors of controllers at a bandwidth (Hz) and a seed."""
     bandwidth, seed = trial
     at = loaded(with_bandwidth(scenario.modified(seed=seed), bandwidth))
-    course = lay_course(at)
-    return {name: errors_of(at, CONTROLLERS[name], course) for name in names}
+    setup = build_setup(at)
+    return {name: errors_of(at, CONTROLLERS[name], setup) for name in names}
 
 
 def _reported(scenario: Scenario, best: dict[str, float], seed: int, names: list[str]) -> Found:

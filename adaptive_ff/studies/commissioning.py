@@ -94,7 +94,7 @@ def record(
     workers : int, optional
         Number of processes that search for the motion; None for one a core.
     progress : callable, optional
-        Is called with the share done.
+        Is called with the fraction done.
     """
     motion = exciting_motion(scenario, limits, period=period, workers=workers, progress=progress)
     plan = with_motion(loop_of(scenario, "pi"), motion.reference.model_dump(), periods * period)

@@ -66,8 +66,8 @@ def draw_scenario(scenario: Scenario, seed: int, draw: int) -> Scenario:
     assumed_velocity = joint.stribeck_velocity * logarithmic(ranges.assumed_stribeck_velocity)
     assumed_inertia = inertia * logarithmic(ranges.assumed_inertia)
     if scenario.feedback.bandwidth is None:
-        share = assumed_inertia / scenario.feedback.inertia
-        proportional, integral = (share * gain for gain in scenario.feedback.gains)
+        fraction = assumed_inertia / scenario.feedback.inertia
+        proportional, integral = (fraction * gain for gain in scenario.feedback.gains)
         feedback = {"inertia": assumed_inertia, "proportional": proportional, "integral": integral}
     else:
         feedback = {"inertia": assumed_inertia, "bandwidth": scenario.feedback.hertz}

@@ -1,8 +1,8 @@
-"""A motion that tells the parameters of a joint: a Fourier series within limits, by ``scipy.optimize``.
+"""A motion from which the parameters of a joint are identified: a Fourier series within limits, by ``scipy.optimize``.
 
 The parametrisation is that of J. Swevers, C. Ganseman, D. Tuekel, J. De Schutter, H. Van Brussel, "Optimal robot
 excitation and identification" (IEEE Transactions on Robotics and Automation 13, 1997): finite Fourier series, so that
-the motion is smooth, periodic and known exactly. Their criterion, the determinant of the information matrix, tells the
+the motion is smooth, periodic and known exactly. Their criterion, the determinant of the information matrix, is the
 sum of all (logarithmic) intervals and may give up one parameter for others. Here the largest interval is made as small
 as possible, each over the one that a minute of multisine gives; so none is given up.
 
@@ -26,7 +26,7 @@ STARTS, ROUNDS = 6, 8
 """Starts of the search, and trials of each."""
 
 BELIEF = 0.6
-"""Share of the (logarithmic) ratio of trial and information that the next round takes over."""
+"""Fraction of the (logarithmic) ratio of trial and information that the next round takes over."""
 
 LARGEST_RATIO = 4.5
 """Largest ratio, either way, that one trial is believed."""
@@ -52,7 +52,7 @@ def find_excitations(
     workers: int | None = 1,
     progress: Callable[[float], None] | None = None,
 ) -> list[Excitation]:
-    """Find motions that tell the parameters of a joint, the best one from each start of the search.
+    """Find motions that identify the parameters of a joint, the best one from each start of the search.
 
     Parameters
     ----------
@@ -78,7 +78,7 @@ def find_excitations(
     workers : int, optional
         Number of processes that search from the starts; None for one a core, for which the trial must be picklable.
     progress : callable, optional
-        Is called with the share done, from 0 to 1.
+        Is called with the fraction done, from 0 to 1.
 
     Raises
     ------

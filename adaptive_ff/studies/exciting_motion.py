@@ -12,12 +12,12 @@ from adaptive_ff.comparison.registry import loop_of
 from adaptive_ff.comparison.run import simulate
 from adaptive_ff.errors import InputError
 from adaptive_ff.learning.batch import identify_torque_form
-from adaptive_ff.scenario.plausibility import PEAK_FACTOR, USED_SHARE
+from adaptive_ff.scenario.plausibility import PEAK_FACTOR, USED_FRACTION
 from adaptive_ff.scenario.reference import Multisine
 from adaptive_ff.scenario.scenario import Scenario
 from adaptive_ff.studies.excitation import LEAST_HARMONICS, find_excitations, polished
 from adaptive_ff.studies.information import (
-    GATE_SHARE,
+    GATE_FRACTION,
     NAMES,
     Array,
     AssumedJoint,
@@ -29,13 +29,13 @@ from adaptive_ff.studies.motion import Excitation, MotionLimits
 FASTER = 4.0
 """Default limit of the velocity over the default peak of a multisine; less where the torque limit asks for it."""
 
-FASTEST, BANDWIDTH_SHARE = 4.0, 0.4
-"""Largest frequency of the series, Hz, and its largest share of the bandwidth of the loop."""
+FASTEST, BANDWIDTH_FRACTION = 4.0, 0.4
+"""Largest frequency of the series, Hz, and its largest fraction of the bandwidth of the loop."""
 
 SLOWER = (1.0, 0.5, 0.25)
-"""Shares of that frequency that are tried: what the loop follows badly tells less than it should."""
+"""Fractions of that frequency that are tried: what the loop follows badly carries less information."""
 
-POLE_SHARE, HOLD_TIMES = 0.5, 3.0
+POLE_FRACTION, HOLD_TIMES = 0.5, 3.0
 """Pole of the filters of identification over the crossover, and its hold in their time constants, as a calibration."""
 
 TRIAL_SEEDS = tuple(range(101, 107))
@@ -64,7 +64,7 @@ def assumed_joint(scenario: Scenario) -> AssumedJoint:
         max(stiction, joint.stiction / joint.coulomb * known.coulomb if joint.coulomb > 0.0 else 0.0),
         known.viscous,
         scenario.adaptation.stribeck_velocity,
-        HOLD_TIMES * scenario.feedback.inertia / (POLE_SHARE * proportional),
+        HOLD_TIMES * scenario.feedback.inertia / (POLE_FRACTION * proportional),
         scenario.adaptation.stribeck_shape,
     )
 
@@ -88,7 +88,7 @@ def default_limits(scenario: Scenario, **given: float | None) -> MotionLimits:
     joint, limit = assumed_joint(scenario), scenario.actuator.torque_limit
     torque = given.get("torque")
     if torque is None and limit is not None:
-        torque = USED_SHARE * limit
+        torque = USED_FRACTION * limit
     if torque is not None and not torque > joint.stiction:
         raise InputError(
             f"torque = {torque:g} N m is not allowed: it must be more than the stiction, {joint.stiction:g} N m"
@@ -125,7 +125,7 @@ def interval_widths(scenario: Scenario, seeds: Sequence[int]) -> dict[str, float
 
 def _widths(scenario: Scenario) -> dict[str, float]:
     assumed, run = scenario.adaptation, simulate(scenario, "pi")
-    pole = POLE_SHARE * scenario.feedback.gains[0] / scenario.feedback.inertia
+    pole = POLE_FRACTION * scenario.feedback.gains[0] / scenario.feedback.inertia
     try:
         found = identify_torque_form(
             run.time,
@@ -134,7 +134,7 @@ def _widths(scenario: Scenario) -> dict[str, float]:
             stribeck_velocity=assumed.stribeck_velocity,
             stribeck_shape=assumed.stribeck_shape,
             filter_pole=pole,
-            slowest=GATE_SHARE * assumed.stribeck_velocity,
+            slowest=GATE_FRACTION * assumed.stribeck_velocity,
             hold=HOLD_TIMES / pole,
         )
     except ValueError:
@@ -185,7 +185,7 @@ def exciting_motion(
     workers : int, optional
         Number of processes; None for one a core.
     progress : callable, optional
-        Is called with the share done, from 0 to 1.
+        Is called with the fraction done, from 0 to 1.
 
     Returns
     -------
@@ -201,22 +201,22 @@ def exciting_motion(
     joint, measured_by = assumed_joint(loop), yardstick(loop)
     if fastest is None:
         bandwidth = loop.feedback.gains[0] / (2.0 * math.pi * loop.feedback.inertia)
-        fastest = min(FASTEST, BANDWIDTH_SHARE * bandwidth)
+        fastest = min(FASTEST, BANDWIDTH_FRACTION * bandwidth)
     every = max(1, round(GRID / loop.joint.solver_period))
     plans = np.stack([measured_by.modified(seed=one).reference_velocity()[::every] for one in TUNING_SEEDS])
     measure: Array = interval_sizes(np.mean(information(joint, plans, every * loop.joint.solver_period), axis=0))
     base = interval_widths(measured_by, TRIAL_SEEDS)
     trial = partial(_trial, loop, base, period)
     found: list[Excitation] = []
-    shares = [share for share in SLOWER if share == 1.0 or share * fastest * period >= LEAST_HARMONICS]
-    parts = len(shares) + 1
-    for i, share in enumerate(shares):
+    fractions = [fraction for fraction in SLOWER if fraction == 1.0 or fraction * fastest * period >= LEAST_HARMONICS]
+    parts = len(fractions) + 1
+    for i, fraction in enumerate(fractions):
         found += find_excitations(
             joint,
             limits,
             measure,
             period=period,
-            fastest=share * fastest,
+            fastest=fraction * fastest,
             seed=seed,
             trial=trial,
             workers=workers,
@@ -230,10 +230,10 @@ def _trial(loop: Scenario, base: dict[str, float], period: float, motion: Excita
     """Return the widths of the intervals that a motion of a period (s) gives, each over that of the yardstick."""
     table = motion.reference.model_dump()
     once, twice = (interval_widths(with_motion(loop, table, times * period), TRIAL_SEEDS) for times in (1, 2))
-    # where the joint sticks between two periods, a longer log may tell less: such a motion is none to repeat
+    # a joint that sticks between two periods may give less in a longer log: such a motion is not repeated
     return {name: max(once[name], twice[name]) / base[name] for name in NAMES}
 
 
 def _part_of(progress: Callable[[float], None] | None, part: int, parts: int) -> Callable[[float], None] | None:
     """Return the progress of one of some parts, or None where nobody looks."""
-    return None if progress is None else lambda share: progress((part + share) / parts)
+    return None if progress is None else lambda done: progress((part + done) / parts)

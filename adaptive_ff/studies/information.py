@@ -1,9 +1,9 @@
-"""How much a motion tells of a joint: the intervals that its parameters would have, up to a common factor.
+"""Information of a motion on a joint: the intervals that its parameters would have, up to a common factor.
 
 The rows are those of the joint's equation while it slides, ``u = J w' + F(w) - tau dF/dw w'``, of a periodic motion
 that is followed exactly. Each counts by how far its sample passes the gate that identification has: the joint must
-have slid one way, faster than a share of the Stribeck velocity, for a while. What a reversal itself would tell of the
-lag is left out, as the gate leaves it out. Everything is smooth in the motion, so that a motion can be optimised.
+have slid one way, faster than a fraction of the Stribeck velocity, for a while. Information of a reversal on the lag is
+left out, as the gate leaves it out. Everything is smooth in the motion, so that a motion can be optimised.
 """
 
 from typing import NamedTuple
@@ -18,17 +18,17 @@ Array = NDArray[np.float64]
 NAMES = ("inertia", "coulomb", "stiction", "viscous", "friction_lag")
 """Parameters whose intervals are given."""
 
-GATE_SHARE = 0.4
+GATE_FRACTION = 0.4
 """Speed of the gate over the Stribeck velocity, as in ``comparison.calibration``."""
 
 GATE_WIDTH = 0.1
 """Width of its smooth edge, in Stribeck velocities."""
 
-SIGN_SHARE = 0.1
+SIGN_FRACTION = 0.1
 """Speed over the Stribeck velocity at which a smooth sign turns."""
 
 SMALLEST = 1e-12
-"""Added to the scaled information, so that a motion that does not tell a parameter has a finite, huge interval."""
+"""Added to the scaled information, so that a parameter without information has a finite, huge interval."""
 
 
 class AssumedJoint(NamedTuple):
@@ -78,11 +78,11 @@ def information(joint: AssumedJoint, velocity: Array, step: float) -> Array:
     """
     bend = joint.stribeck_velocity
     scaled, shape = np.abs(velocity) / bend, joint.stribeck_shape
-    sign, falling = np.tanh(velocity / (SIGN_SHARE * bend)), np.exp(-(scaled**shape))
+    sign, falling = np.tanh(velocity / (SIGN_FRACTION * bend)), np.exp(-(scaled**shape))
     derive = 2j * np.pi * np.fft.rfftfreq(velocity.shape[-1], step)
     spectrum = np.fft.rfft(velocity, axis=-1)
     acceleration = np.fft.irfft(derive * spectrum, velocity.shape[-1], axis=-1)
-    steepness = shape * np.maximum(scaled, SIGN_SHARE) ** (shape - 1.0) / bend
+    steepness = shape * np.maximum(scaled, SIGN_FRACTION) ** (shape - 1.0) / bend
     slope = joint.viscous - (joint.stiction - joint.coulomb) * steepness * falling
     unit = max(joint.stiction, joint.inertia * bend / joint.hold)
     rows = np.stack(
@@ -122,12 +122,12 @@ def interval_sizes(found: Array) -> Array:
 def _passing(joint: AssumedJoint, velocity: Array, step: float) -> Array:
     """Return by how much each sample passes the gate, from 0 to 1, shape (m, n)."""
     bend = joint.stribeck_velocity
-    fast = 1.0 / (1.0 + np.exp(-(np.abs(velocity) / bend - GATE_SHARE) / GATE_WIDTH))
+    fast = 1.0 / (1.0 + np.exp(-(np.abs(velocity) / bend - GATE_FRACTION) / GATE_WIDTH))
     passing = fast
     longest = max(1, round(joint.hold / step))
     for back in sorted({max(1, longest // 3), max(1, 2 * longest // 3), longest}):
         before = np.roll(velocity, back, axis=-1)
-        one_way = 0.5 + 0.5 * np.tanh(velocity * before / (0.5 * SIGN_SHARE * bend**2))
+        one_way = 0.5 + 0.5 * np.tanh(velocity * before / (0.5 * SIGN_FRACTION * bend**2))
         passing = passing * np.roll(fast, back, axis=-1) * one_way
     found: Array = passing
     return found

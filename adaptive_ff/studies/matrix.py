@@ -18,7 +18,7 @@ from adaptive_ff.comparison.run import Run, simulate
 from adaptive_ff.scenario.library import SCENARIOS
 from adaptive_ff.scenario.loop import TREMBLING
 from adaptive_ff.scenario.scenario import Scenario, load_scenario
-from adaptive_ff.simulation.experiment import lay_course
+from adaptive_ff.simulation.experiment import build_setup
 from adaptive_ff.simulation.metrics import START, rms, standstill_range
 from adaptive_ff.simulation.tracking_errors import WINDOW, window_slices
 from adaptive_ff.studies.fingerprint import fingerprint
@@ -51,7 +51,7 @@ class Job(NamedTuple):
 
     @property
     def key(self) -> str:
-        """What tells it from the others."""
+        """Unique key."""
         return f"{self.scenario}, {'fastest' if self.fastest else 'own'}, {self.seed}"
 
 
@@ -104,7 +104,7 @@ def run_matrix(
     executor : concurrent.futures.Executor, optional
         Where the runs go, such as that of a Dask client; by default all cores.
     progress : callable, optional
-        Is called with the share done, from 0 to 1.
+        Is called with the fraction done, from 0 to 1.
     """
     own = own or {}
     check_own_names(own, {**CONTROLLERS, NOISE_FLOOR: None})
@@ -132,19 +132,19 @@ def run_job(own: Mapping[str, Own], job: Job, controllers: list[str]) -> dict[st
     so does an own one whose loop does not stay finite. What else goes wrong in an own one is raised.
     """
     scenario = cell_scenario(*job)
-    course = lay_course(scenario)
-    pi = simulate(scenario, BASELINE, course=course, uncertain=False)
+    setup = build_setup(scenario)
+    pi = simulate(scenario, BASELINE, setup=setup, uncertain=False)
     base = windows(pi)
     found: dict[str, Figures] = {}
     for controller in controllers:
         try:
             if controller == NOISE_FLOOR:
-                run = noise_floor(scenario, course)
+                run = noise_floor(scenario, setup)
             elif controller == BASELINE:
                 run = pi
             else:
                 made = make_controller(scenario, controller, own)
-                run = simulate(scenario, made, name=controller, course=course, uncertain=False)
+                run = simulate(scenario, made, name=controller, setup=setup, uncertain=False)
         except ArithmeticError:
             found[controller] = {}
         except ValueError:

@@ -36,7 +36,7 @@ ITERATIONS = 60
 """Iterations of one search."""
 
 PLATEAUS = ((0.45, 0.7, 0.32), (0.9, 1.4, 0.21), (3.0, 6.0, 0.43))
-"""Speeds over the Stribeck velocity, from and to, and shares of the time, of the plateaus of a start.
+"""Speeds over the Stribeck velocity, from and to, and fractions of the time, of the plateaus of a start.
 
 Were every sample free of the others, the most informative measure over speeds would have its weight there and, for some
 5 % of the time, at the limit.
@@ -66,11 +66,13 @@ class MotionSearch:
         bend, burst = self.joint.stribeck_velocity, generator.uniform(0.3, 1.0) * self.limits.velocity
         order = generator.permutation(len(PLATEAUS))
         speeds = np.array([generator.uniform(low, high) for low, high, _ in PLATEAUS])[order] * bend
-        shares = np.array([share for _, _, share in PLATEAUS])[order] * generator.uniform(0.7, 1.3, len(PLATEAUS))
-        shares /= shares.sum()
-        mean, back = float(speeds @ shares), 2.0 / math.pi * burst  # of half a sine
+        fractions = np.array([fraction for _, _, fraction in PLATEAUS])[order] * generator.uniform(
+            0.7, 1.3, len(PLATEAUS)
+        )
+        fractions /= fractions.sum()
+        mean, back = float(speeds @ fractions), 2.0 / math.pi * burst  # of half a sine
         forth = self.period * back / (mean + back)
-        edges = forth * np.cumsum(shares)
+        edges = forth * np.cumsum(fractions)
         wanted = speeds[np.minimum(np.searchsorted(edges, self._time, side="right"), len(PLATEAUS) - 1)]
         fast = self._time >= forth
         wanted[fast] = -burst * np.sin(math.pi * (self._time[fast] - forth) / (self.period - forth))

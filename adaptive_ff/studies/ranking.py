@@ -1,4 +1,4 @@
-"""What the matrix says: medians and spreads over seeds, the best rival of each scenario, a table of all."""
+"""What the matrix says: medians and spreads over seeds, the best of the others of each scenario, a table of all."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -103,17 +103,17 @@ def collect(results: Results, figure: str = "rms_error_settled") -> Cells:
     return cells
 
 
-def best_rival(row: dict[str, Cell]) -> str:
-    """Return the rival that improves most on PI in the median of a scenario; PI where there is no other."""
-    rivals = {name: cell for name, cell in row.items() if name != OURS and name not in KNOW_THE_TRUTH}
-    return max(rivals, key=lambda name: float(np.median(rivals[name].gain)))
+def best_other(row: dict[str, Cell]) -> str:
+    """Return the one of the others with the largest median improvement over PI; PI where there is none."""
+    others = {name: cell for name, cell in row.items() if name != OURS and name not in KNOW_THE_TRUTH}
+    return max(others, key=lambda name: float(np.median(others[name].gain)))
 
 
 def outcome(row: dict[str, Cell]) -> tuple[str, float]:
     """Return how ``adaptive`` compares with the best of the others: won, equal or lost, and its error over ours."""
     if OURS not in row:
         return "lost", 0.0
-    ratio = float(np.median(row[best_rival(row)].error / row[OURS].error))  # seed by seed
+    ratio = float(np.median(row[best_other(row)].error / row[OURS].error))  # seed by seed
     return "won" if ratio > ALIKE else "lost" if ratio < 1.0 / ALIKE else "equal", ratio
 
 

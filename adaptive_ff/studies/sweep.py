@@ -22,7 +22,7 @@ from adaptive_ff.comparison.run import simulate
 from adaptive_ff.errors import InputError
 from adaptive_ff.scenario.given import check_scenario
 from adaptive_ff.scenario.scenario import Scenario
-from adaptive_ff.simulation.experiment import lay_course
+from adaptive_ff.simulation.experiment import build_setup
 from adaptive_ff.simulation.metrics import Metrics
 from adaptive_ff.studies.drawn_joints import CLASSES, CONTROLLERS, HUNTING, class_of, draw_scenario, fall_over_gain
 from adaptive_ff.studies.fingerprint import fingerprint
@@ -63,12 +63,12 @@ def run_draw(scenario: Scenario, seed: int, own: Mapping[str, Own], draw: int, c
         drawn = draw_scenario(scenario, seed, draw)
     except InputError as error:
         return {"": {"refused": str(error)}, **dict.fromkeys(controllers)}
-    course = lay_course(drawn)
+    setup = build_setup(drawn)
     found: Found = {"": {"fall": fall_over_gain(drawn)}, **dict.fromkeys(controllers)}
     for name in controllers:
         with suppress(*(() if name in CONTROLLERS else (ArithmeticError,))):
             made = make_own(name, own[name], drawn) if name in own else name
-            found[name] = asdict(simulate(drawn, made, name=name, course=course, uncertain=False).metrics)
+            found[name] = asdict(simulate(drawn, made, name=name, setup=setup, uncertain=False).metrics)
     return found
 
 
@@ -78,7 +78,7 @@ def sweep(
     seed: int = 1,
     *,
     own: Mapping[str, Own] | None = None,
-    rivals: Sequence[str] = (),
+    further: Sequence[str] = (),
     folder: Path | None = None,
     executor: Executor | None = None,
     progress: Callable[[float], None] | None = None,
@@ -95,14 +95,14 @@ def sweep(
         Seed of the draws; each draw depends on it and on its number only, not on the workers.
     own : mapping, optional
         Own controllers by name that are run, too; see :func:`adaptive_ff.comparison.own.make_own`.
-    rivals : sequence of str, optional
+    further : sequence of str, optional
         Names of further controllers of the package that are run, too.
     folder : Path, optional
         Where outcomes are kept as they come, so that a call that was interrupted goes on where it stopped.
     executor : concurrent.futures.Executor, optional
         Where the runs go, such as that of a cluster; by default all cores.
     progress : callable, optional
-        Is called with the share done, from 0 to 1.
+        Is called with the fraction done, from 0 to 1.
 
     Returns
     -------
@@ -120,10 +120,10 @@ def sweep(
     if runs < 1:
         raise ValueError(f"runs = {runs} is not allowed: it must be at least 1")
     if scenario.feedback.is_auto:
-        raise InputError("feedback.bandwidth = 'auto' is not allowed for a sweep: all joints share one; give a number")
+        raise InputError("feedback.bandwidth = 'auto' is not allowed for a sweep: all joints have one; give a number")
     own = own or {}
     check_own_names(own, REGISTERED)
-    for name in rivals:
+    for name in further:
         loop_of(scenario, name)
     store = None
     if folder is not None:
@@ -133,7 +133,7 @@ def sweep(
     found = run_study(
         partial(run_draw, scenario, seed, own),
         {str(draw): draw for draw in range(runs)},
-        list(dict.fromkeys([*CONTROLLERS, *rivals, *own])),
+        list(dict.fromkeys([*CONTROLLERS, *further, *own])),
         store=store,
         executor=executor,
         workers=None if can_be_sent(own) else 1,

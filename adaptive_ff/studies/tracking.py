@@ -11,7 +11,7 @@ from adaptive_ff.comparison.reference_lines import NOISE_FLOOR, noise_floor
 from adaptive_ff.comparison.registry import make_controller
 from adaptive_ff.comparison.run import Run, simulate
 from adaptive_ff.scenario.scenario import Scenario
-from adaptive_ff.simulation.experiment import Course, lay_course
+from adaptive_ff.simulation.experiment import RunSetup, build_setup
 from adaptive_ff.simulation.metrics import standstill_range
 from adaptive_ff.simulation.tracking_errors import (
     TrackingErrors,
@@ -53,12 +53,12 @@ def track_scenario(
         PI's; and ``standstill``, range of the velocity at standstill in rad/s, where the reference stands still. One
         that cannot be made for the scenario has none.
     """
-    courses = list(noisy_courses(scenario, draws))
-    base, variation, _ = _pooled(scenario, BASELINE, courses, own)
+    setups = list(noisy_setups(scenario, draws))
+    base, variation, _ = _pooled(scenario, BASELINE, setups, own)
     found: dict[str, Figures] = {}
     for name in controllers:
         try:
-            errors, varied, rest = _pooled(scenario, name, courses, own)
+            errors, varied, rest = _pooled(scenario, name, setups, own)
         except ArithmeticError:
             errors, varied, rest = failed(base), float("inf"), None
         except ValueError:
@@ -73,8 +73,8 @@ def track_scenario(
     return found
 
 
-def noisy_courses(scenario: Scenario, draws: int) -> Iterator[Course]:
-    """Yield the course of a scenario with one draw of the noise after the other; draw 0 is the scenario's own.
+def noisy_setups(scenario: Scenario, draws: int) -> Iterator[RunSetup]:
+    """Yield the setup of a scenario with one draw of the noise after the other; draw 0 is the scenario's own.
 
     Raises
     ------
@@ -83,25 +83,25 @@ def noisy_courses(scenario: Scenario, draws: int) -> Iterator[Course]:
     """
     if draws < 1:
         raise ValueError(f"draws = {draws} is not allowed: it must be at least 1")
-    course = lay_course(scenario)
-    yield course
+    setup = build_setup(scenario)
+    yield setup
     if scenario.sensor.is_random:  # an encoder without faults has nothing to draw
         for draw in range(1, draws):
             noise, held = scenario.sensed(np.random.default_rng([scenario.seed, NOISE_STREAM, draw]))
-            yield course._replace(noise=noise, held=held)
+            yield setup._replace(noise=noise, held=held)
 
 
 def _pooled(
-    scenario: Scenario, name: str, courses: list[Course], own: Mapping[str, Own] | None
+    scenario: Scenario, name: str, setups: list[RunSetup], own: Mapping[str, Own] | None
 ) -> tuple[TrackingErrors, float, float | None]:
     """Return the errors over all draws, and torque variation (N m) and range at standstill (rad/s) of the first."""
     runs = []
-    for course in courses:
+    for setup in setups:
         if name == NOISE_FLOOR:
-            runs.append(noise_floor(scenario, course))
+            runs.append(noise_floor(scenario, setup))
         else:
             made = make_controller(scenario, name, own)
-            runs.append(simulate(scenario, made, name=name, course=course, uncertain=False, thin=1))
+            runs.append(simulate(scenario, made, name=name, setup=setup, uncertain=False, thin=1))
     first = runs[0]
     rest = standstill_range(first.solver_time, first.reference, first.velocity)
     return pooled(map(run_errors, runs)), first.metrics.torque_variation, rest

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from adaptive_ff import load_scenario
 from adaptive_ff.comparison.registry import make_adaptive
 from adaptive_ff.scenario.scenario import Scenario
-from adaptive_ff.simulation.experiment import Course, Record, empty_record, lay_plain_course
+from adaptive_ff.simulation.experiment import Record, RunSetup, build_plain_setup, empty_record
 from adaptive_ff.simulation.loop import Position, run_compiled, start_position
 from adaptive_ff.simulation.metrics import rms
 from adaptive_ff.studies.drawn_joints import draw_scenario
@@ -99,10 +99,10 @@ class Joint:
     def calm_part(self) -> float:
         """Run the undisturbed motion; return the rms error of its second half, rad/s."""
         self.scale, self.load = 1.0, 0.0
-        course = self._course(self.undisturbed, self.noise, [])
-        record = self._run(course)
+        setup = self._setup(self.undisturbed, self.noise, [])
+        record = self._run(setup)
         half = self.grid[self.samples // 2]
-        return rms((course.reference - record.velocity)[half:])
+        return rms((setup.reference - record.velocity)[half:])
 
     def drawn_part(self) -> Record:
         """Run ten drawn minutes with a change of friction and load."""
@@ -114,23 +114,23 @@ class Joint:
         self.load = float(LOAD * self.limit * draw.uniform(-1.0, 1.0))
         time = round(draw.uniform(1.0, PART - 1.0) / self.period) * self.period
         changes.append(FrictionChange(time=time, friction_scale=self.scale, load=self.load))
-        return self._run(self._course(reference, noise, changes))
+        return self._run(self._setup(reference, noise, changes))
 
-    def _course(
+    def _setup(
         self, reference: NDArray[np.float64], noise: NDArray[np.float64], changes: list[FrictionChange]
-    ) -> Course:
-        course = lay_plain_course(self.scenario.joint, self.grid, reference, noise)
-        return course._replace(plan=schedule(changes, self.step))
+    ) -> RunSetup:
+        setup = build_plain_setup(self.scenario.joint, self.grid, reference, noise)
+        return setup._replace(plan=schedule(changes, self.step))
 
-    def _run(self, course: Course) -> Record:
+    def _run(self, setup: RunSetup) -> Record:
         if self.position is None:
-            self.position = start_position(course)
-            self.record = empty_record(course, len(self.controller.estimate_names))
+            self.position = start_position(setup)
+            self.record = empty_record(setup, len(self.controller.estimate_names))
         # commands of the last part are not those of this one
         position = self.position._replace(sample=0, phase=0, acting=-1)
         assert self.record is not None
         state, self.position = run_compiled(
-            self.controller.parameters, self.controller.state, course, position, self.samples, self.record
+            self.controller.parameters, self.controller.state, setup, position, self.samples, self.record
         )
         self.controller.state = state
         return self.record

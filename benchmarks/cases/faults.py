@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from adaptive_ff import Run, load_scenario, simulate
-from adaptive_ff.simulation.experiment import lay_course
+from adaptive_ff.simulation.experiment import build_setup
 from adaptive_ff.studies.study import Found
 from benchmarks.suite import Case
 
@@ -29,14 +29,14 @@ def run_loss(loss: float, seed: int, controllers: list[str]) -> Found:
     the same over PI's.
     """
     scenario = load_scenario().modified(seed=seed)
-    course, period = lay_course(scenario), scenario.sampling.period
+    setup, period = build_setup(scenario), scenario.sampling.period
     errors: dict[str, float] = {}
     for name in dict.fromkeys(["pi", *controllers]):
         squares = []
         for place in PLACES:
-            first, noise = round(place / period), course.noise.copy()
+            first, noise = round(place / period), setup.noise.copy()
             noise[first : first + round(loss / period)] = math.nan
-            run = simulate(scenario, name, course=course._replace(noise=noise), uncertain=False)
+            run = simulate(scenario, name, setup=setup._replace(noise=noise), uncertain=False)
             squares.append(np.mean(_square(run)[_between(run, place, place + WINDOW)]))
         errors[name] = float(np.sqrt(np.mean(squares)))
     row = f"{loss:g} s" if loss else "undisturbed"

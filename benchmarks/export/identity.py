@@ -11,7 +11,7 @@ import adaptive_ff
 from adaptive_ff import load_scenario, run_in_c, simulate
 from adaptive_ff.comparison.registry import make_controller
 from adaptive_ff.export.buffer import state_to_bytes
-from adaptive_ff.simulation.experiment import lay_course
+from adaptive_ff.simulation.experiment import build_setup
 from benchmarks.export.driver import build, found, in_python, random_inputs, run, write_sources
 from benchmarks.export.rows import Row, skipped
 from benchmarks.export.variants import SEED, variants
@@ -69,11 +69,11 @@ def closed_loops(
         scenario = load_scenario(file)
         if seconds is not None and scenario.length > max(seconds, scenario.last_change + 1.0):
             scenario = scenario.modified(duration=max(seconds, scenario.last_change + 1.0))
-        course = lay_course(scenario)
+        setup = build_setup(scenario)
         plain = make_controller(scenario, "adaptive").run_uncompiled()
         exact = run_in_c(make_controller(scenario, "adaptive"))
         rough = run_in_c(make_controller(scenario, "adaptive"), single=True)
-        runs = [simulate(scenario, Own(item), course=course) for item in (plain, exact, rough)]
+        runs = [simulate(scenario, Own(item), setup=setup) for item in (plain, exact, rough)]
         same = runs[0].torque.tobytes() == runs[1].torque.tobytes()
         if not same or state_to_bytes(plain) != state_to_bytes(exact.in_python()):
             differing.append(file.stem)

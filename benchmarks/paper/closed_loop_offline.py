@@ -10,7 +10,7 @@ from adaptive_ff.learning.batch_least_squares import fit_least_squares
 from benchmarks.paper.experiment import Row
 from benchmarks.paper.identification_data import TRUE
 from benchmarks.paper.prediction import regression
-from benchmarks.paper.robot import CURRENT_STEP, Drive, drive, drive_behind_interface, lay_robot_course
+from benchmarks.paper.robot import CURRENT_STEP, Drive, build_robot_setup, drive, drive_behind_interface
 from benchmarks.paper.summaries import median_and_range, median_deviation
 from benchmarks.paper.watching import NEAR_REST, Seen, fit_series, identify_form, physical_of, settled_rms
 
@@ -26,7 +26,7 @@ VARIANTS: dict[str, tuple[dict[str, Any], float]] = {
     "with a fine current": ({}, FINE_CURRENT),
     "with none of the three faults": ({"uniform": True, "noise": 0.0}, FINE_CURRENT),
 }
-"""What is taken away from the data to see what spoils the fit: arguments of the course, and the step of the current."""
+"""What is taken away from the data to see what spoils the fit: arguments of the setup, and the step of the current."""
 
 CAUSES = (
     "one-step error of LS, mrad/s rms; J by LS, by LS on sliding samples, by the torque form "
@@ -107,7 +107,7 @@ def cause_rows() -> list[Row]:
 
 
 def _variant(arguments: dict[str, Any], current_step: float, seed: int) -> Drive:
-    return drive(lay_robot_course(seed, **arguments), current_step=current_step)
+    return drive(build_robot_setup(seed, **arguments), current_step=current_step)
 
 
 def _cause_row(name: str, records: list[Drive]) -> Row:

@@ -11,7 +11,7 @@ from adaptive_ff.learning.batch import Array
 from benchmarks.paper.experiment import Row
 from benchmarks.paper.identification_data import TRUE
 from benchmarks.paper.prediction import rms
-from benchmarks.paper.robot import GAINS, PERIOD, SCENARIO, SOLVER_PERIOD, drive, lay_robot_course
+from benchmarks.paper.robot import GAINS, PERIOD, SCENARIO, SOLVER_PERIOD, build_robot_setup, drive
 from benchmarks.paper.summaries import median_and_range
 from benchmarks.paper.watching import FORGETTING, TRANSIENT, Seen, adaptive, model_of, physical_of
 from controllers import PI, Controller
@@ -73,11 +73,11 @@ def paper_controller(memory: float) -> PaperController:
 
 def tracking_errors(one: Seen, seed: int) -> dict[str, float]:
     """Return the tracking error (mrad/s rms, true velocity) of each controller on another motion than the record's."""
-    course = lay_robot_course(seed + OTHER_MOTION)
+    setup = build_robot_setup(seed + OTHER_MOTION)
     offline, sliding = (physical_of(fit.values) for fit in (one.series.offline, one.series.sliding))
     errors = {}
     for name, controller in make_controllers(offline, sliding, one.form.estimates[-1]).items():
-        error = drive(course, controller).tracking_error
+        error = drive(setup, controller).tracking_error
         errors[name] = 1e3 * rms(error[round(TRANSIENT / SOLVER_PERIOD) :])
     return errors
 

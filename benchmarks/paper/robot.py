@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from adaptive_ff import load_scenario
-from adaptive_ff.simulation.experiment import Course, empty_record, lay_plain_course
+from adaptive_ff.simulation.experiment import RunSetup, build_plain_setup, empty_record
 from adaptive_ff.simulation.loop import run_compiled, start_position
 from controllers import PI, Controller, compiled, pi_gains
 from plant import JointParameters, JointState, step_joint
@@ -78,10 +78,12 @@ def sample_steps(duration: float, *, uniform: bool = False) -> Steps:
     return np.append(0, ends[ends <= steps]).astype(np.int64)
 
 
-def lay_robot_course(seed: int, *, duration: float = DURATION, noise: float = NOISE, uniform: bool = False) -> Course:
+def build_robot_setup(
+    seed: int, *, duration: float = DURATION, noise: float = NOISE, uniform: bool = False
+) -> RunSetup:
     """Lay down the reference, the noise (rad/s) and the samples of a drive."""
     samples = sample_steps(duration, uniform=uniform)
-    return lay_plain_course(
+    return build_plain_setup(
         SCENARIO.joint,
         samples,
         _multisine(seed, duration)[: samples[-1] + 1],
@@ -96,33 +98,33 @@ def _multisine(seed: int, duration: float) -> Array:
     return SCENARIO.reference.velocity(time, np.random.default_rng([seed, 0]))
 
 
-def drive(course: Course, controller: Controller | None = None, *, current_step: float = CURRENT_STEP) -> Drive:
+def drive(setup: RunSetup, controller: Controller | None = None, *, current_step: float = CURRENT_STEP) -> Drive:
     """Run a controller on the robot, by default the PI loop; the resolution of the current is in A."""
     controller = PI(*GAINS, PERIOD) if controller is None else controller
-    record = empty_record(course, len(controller.estimate_names))
-    coarse = course._replace(actuator=course.actuator._replace(torque_resolution=TORQUE_CONSTANT * current_step))
-    start, count = start_position(coarse), course.noise.size
+    record = empty_record(setup, len(controller.estimate_names))
+    coarse = setup._replace(actuator=setup.actuator._replace(torque_resolution=TORQUE_CONSTANT * current_step))
+    start, count = start_position(coarse), setup.noise.size
     controller.state, _ = run_compiled(controller.parameters, controller.state, coarse, start, count, record)
-    steps = course.samples[:-1]
+    steps = setup.samples[:-1]
     return Drive(
         SOLVER_PERIOD * steps,
-        course.reference[steps],
+        setup.reference[steps],
         record.measured,
         record.torque,
         np.append(0.0, record.torque[:-1]),
         steps,
-        course.reference - record.velocity,
+        setup.reference - record.velocity,
     )
 
 
 def drive_behind_interface(seed: int) -> Drive:
     """Run the PI loop at 1 kHz and read current and velocity out at the samples: what happens in between is lost."""
-    course = lay_robot_course(seed)
-    count = course.reference.size - 1
+    setup = build_robot_setup(seed)
+    count = setup.reference.size - 1
     noise = NOISE * np.random.default_rng([seed, 2]).standard_normal(count)
-    every = lay_plain_course(SCENARIO.joint, np.arange(count + 1), course.reference, noise, SCENARIO.actuator)
+    every = build_plain_setup(SCENARIO.joint, np.arange(count + 1), setup.reference, noise, SCENARIO.actuator)
     fine = drive(every, PI(*GAINS, SOLVER_PERIOD))
-    read = course.samples[:-1]
+    read = setup.samples[:-1]
     torque = fine.commanded[read]
     series = (fine.time[read], fine.reference[read], fine.velocity[read])
     return Drive(*series, torque, torque, read, fine.tracking_error)

@@ -8,7 +8,7 @@ import numpy as np
 from adaptive_ff import load_scenario
 from adaptive_ff.learning.stribeck import Array, StribeckFit, fit_stribeck
 from adaptive_ff.learning.support_points import SupportPoints, support_points
-from adaptive_ff.simulation.experiment import empty_record, lay_plain_course
+from adaptive_ff.simulation.experiment import build_plain_setup, empty_record
 from adaptive_ff.simulation.loop import run_compiled, start_position
 from benchmarks.paper.experiment import Experiment, Row
 from benchmarks.paper.figure_08 import NAMES, draw
@@ -57,15 +57,15 @@ def simulate_drives(velocities: Array, seed: int) -> SupportPoints:
     generator = np.random.default_rng([seed, 0])
     speeds, torques = np.empty((velocities.size, READINGS)), np.empty((velocities.size, READINGS))
     for place, velocity in enumerate(velocities):
-        course = lay_plain_course(
+        setup = build_plain_setup(
             SCENARIO.joint,
             EVERY * np.arange(count + 1, dtype=np.int64),
             np.full(EVERY * count + 1, velocity),
             SCENARIO.sensor.draw(count, generator),
         )
-        controller, record = PI(*SCENARIO.feedback.gains, PERIOD), empty_record(course, 0)
-        start = start_position(course, 0.0)
-        run_compiled(controller.parameters, controller.state, course, start, count, record)
+        controller, record = PI(*SCENARIO.feedback.gains, PERIOD), empty_record(setup, 0)
+        start = start_position(setup, 0.0)
+        run_compiled(controller.parameters, controller.state, setup, start, count, record)
         speeds[place] = record.measured[SETTLING::SPACING]
         torques[place] = record.torque[SETTLING::SPACING]
     return support_points(speeds, torques)

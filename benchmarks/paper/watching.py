@@ -13,7 +13,7 @@ from adaptive_ff.learning.torque_form import TorqueForm
 from benchmarks.paper.identification_data import TRUE, joint_of
 from benchmarks.paper.prediction import FIRST, regression, rms, series_free_run
 from benchmarks.paper.recursion import run_rls, run_torque_form
-from benchmarks.paper.robot import GAINS, PERIOD, SCENARIO, Drive, drive, lay_robot_course, predict
+from benchmarks.paper.robot import GAINS, PERIOD, SCENARIO, Drive, build_robot_setup, drive, predict
 
 FORGETTING = 0.85  # lambda of section V-E
 COVARIANCE = 1e4  # diagonal of R0; the paper says "large"
@@ -86,7 +86,7 @@ class Seen(NamedTuple):
 
 def watch(seed: int) -> Seen:
     """Record a drive with the PI loop and identify from it in every way."""
-    record = drive(lay_robot_course(seed))
+    record = drive(build_robot_setup(seed))
     return Seen(record, fit_series(record), fit_form(record))
 
 

@@ -26,9 +26,9 @@ from benchmarks.paper.robot import (
     NOISE,
     PERIOD,
     TORQUE_CONSTANT,
+    build_robot_setup,
     drive,
     drive_behind_interface,
-    lay_robot_course,
     predict,
     sample_steps,
 )
@@ -62,7 +62,7 @@ def test_sampling_time_has_a_mean_of_22_ms_and_a_periodic_pattern_of_outliers_up
 
 
 def test_torque_has_steps_and_acts_over_the_period_that_follows_its_sample():
-    record = drive(lay_robot_course(102, duration=20.0))
+    record = drive(build_robot_setup(102, duration=20.0))
     steps = record.commanded / RESOLUTION
     assert steps == pytest.approx(np.round(steps), abs=1e-9)
     assert np.unique(np.round(steps)).size > 40
@@ -71,28 +71,28 @@ def test_torque_has_steps_and_acts_over_the_period_that_follows_its_sample():
 
 
 def test_loop_is_the_one_of_the_package_where_the_current_is_fine():
-    course = lay_robot_course(103, duration=20.0)
-    record = drive(course, current_step=1e-12)
-    own, block = empty_record(course, 0), PI(*GAINS, PERIOD)
-    start = start_position(course)
-    run_compiled(block.parameters, block.state, course, start, course.noise.size, own)
+    setup = build_robot_setup(103, duration=20.0)
+    record = drive(setup, current_step=1e-12)
+    own, block = empty_record(setup, 0), PI(*GAINS, PERIOD)
+    start = start_position(setup)
+    run_compiled(block.parameters, block.state, setup, start, setup.noise.size, own)
     assert record.commanded == pytest.approx(own.torque, abs=1e-6)
     assert record.velocity == pytest.approx(own.measured, abs=1e-8)
-    assert record.tracking_error == pytest.approx(course.reference - own.velocity, abs=1e-8)
+    assert record.tracking_error == pytest.approx(setup.reference - own.velocity, abs=1e-8)
 
 
 def test_the_true_joint_predicts_the_record_down_to_the_noise():
     joint = joint_of(TRUE)
-    quiet = drive(lay_robot_course(104, duration=20.0, noise=0.0))
+    quiet = drive(build_robot_setup(104, duration=20.0, noise=0.0))
     assert np.array_equal(predict(joint, quiet, one_step=False), quiet.velocity)
-    noisy = drive(lay_robot_course(104, duration=60.0))
+    noisy = drive(build_robot_setup(104, duration=60.0))
     free = noisy.velocity - predict(joint, noisy, one_step=False)
     assert rms(free) == pytest.approx(NOISE, rel=0.05)
     assert rms(noisy.velocity - predict(joint, noisy, one_step=True)) > 1.2 * NOISE  # that of two samples
 
 
 def test_reading_out_a_fast_loop_gives_its_current_and_velocity_at_the_samples():
-    record, other = drive_behind_interface(105), drive(lay_robot_course(105))
+    record, other = drive_behind_interface(105), drive(build_robot_setup(105))
     assert np.array_equal(record.velocity, drive_behind_interface(105).velocity)  # no memory beyond a series is read
     assert np.array_equal(record.steps, other.steps)
     assert np.array_equal(record.reference, other.reference)
@@ -116,7 +116,7 @@ def test_with_lambda_one_rls_comes_to_the_offline_fit(seen):
 
 @pytest.mark.parametrize("seed", [101, 106, 107])
 def test_the_prior_error_is_larger_and_the_posterior_smaller_than_that_of_the_offline_fit(seed):
-    record = drive(lay_robot_course(seed))
+    record = drive(build_robot_setup(seed))
     series = fit_series(record)
     found = ratios(record, series)
     assert found[PRIOR] > 2.0
@@ -134,7 +134,7 @@ def test_the_offline_fit_is_spoilt_near_rest_and_not_by_the_sampling(seen):
     assert deviations[0][0] > 5.0
     assert np.abs(deviations[1]) == pytest.approx(np.zeros(5), abs=1.5)
     assert np.all(np.abs(deviations[1][:4]) < 0.12)
-    even = fit_series(drive(lay_robot_course(101, uniform=True)))
+    even = fit_series(drive(build_robot_setup(101, uniform=True)))
     assert physical_of(even.offline.values)[0] > 5.0 * TRUE.inertia
     places = error_places(seen)
     on_late, on_fast = (
@@ -155,7 +155,7 @@ def test_the_torque_form_identifies_from_the_same_data(seen):
 
 
 def test_the_torque_form_needs_the_real_time_steps():
-    record = drive(lay_robot_course(106, noise=0.0), current_step=1e-9)
+    record = drive(build_robot_setup(106, noise=0.0), current_step=1e-9)
     blind = record._replace(time=PERIOD * np.arange(record.time.size))
     right, wrong = (identify_form(log).regression.residual_rms for log in (record, blind))
     assert right < 0.85 * wrong
@@ -189,7 +189,7 @@ def test_rows_about_the_data_tell_what_the_record_is(seen):
     assert values["V-B: largest speed of the reference, deg/s"] == pytest.approx(20.05, abs=0.5)
     assert values["Fig. 7: resolution of the torque K i, N m"] == pytest.approx(RESOLUTION)
     assert values["V-B: reversals of the reference a minute"] > 15.0
-    assert not data_rows(drive(lay_robot_course(101, duration=20.0, uniform=True)))[1].met
+    assert not data_rows(drive(build_robot_setup(101, duration=20.0, uniform=True)))[1].met
 
 
 def test_medians_and_deviations_in_words():

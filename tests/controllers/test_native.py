@@ -6,7 +6,7 @@ import pickle
 
 import numpy as np
 import pytest
-from closed_loops import course_along, make
+from closed_loops import make, setup_along
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -77,21 +77,21 @@ def test_regressors_are_seen_by_the_next_step():
 
 
 def test_the_loop_is_compiled_once_for_controllers_of_all_classes():
-    course = course_along(0.1 * np.sin(0.02 * np.arange(200)))
+    setup = setup_along(0.1 * np.sin(0.02 * np.arange(200)))
     versions = []
     for controller in (pi(), make("extended_state"), make("fixed")):
-        record = empty_record(course, len(controller.estimate_names))
-        run_in_memory(controller.native, 0, course, start_position(course), course.noise.size, record)
+        record = empty_record(setup, len(controller.estimate_names))
+        run_in_memory(controller.native, 0, setup, start_position(setup), setup.noise.size, record)
         versions.append(len(run_in_memory._known))
     assert versions == [versions[0]] * 3
 
 
 def test_compiled_runs_write_estimates_and_monitors_as_plain_ones_do():
-    course, found = course_along(0.1 * np.sin(0.02 * np.arange(200))), []
+    setup, found = setup_along(0.1 * np.sin(0.02 * np.arange(200))), []
     for run in (run_compiled, run_plain):
         controller = make("adaptive")
-        record = empty_record(course, len(controller.estimate_names), len(controller.monitor_names))
-        run(controller.parameters, controller.state, course, start_position(course), course.noise.size, record)
+        record = empty_record(setup, len(controller.estimate_names), len(controller.monitor_names))
+        run(controller.parameters, controller.state, setup, start_position(setup), setup.noise.size, record)
         found.append(record)
     compiled, plain = found
     np.testing.assert_array_equal(compiled.estimates, plain.estimates)

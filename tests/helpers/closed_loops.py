@@ -1,4 +1,4 @@
-"""Closed loops for tests: a course laid by hand, and controllers run on it."""
+"""Closed loops for tests: a setup laid by hand, and controllers run on it."""
 
 import math
 
@@ -7,7 +7,7 @@ from nightly import sampled
 
 from adaptive_ff import load_scenario
 from adaptive_ff.comparison.registry import CONTROLLERS
-from adaptive_ff.simulation.experiment import empty_record, lay_course, lay_plain_course
+from adaptive_ff.simulation.experiment import build_plain_setup, build_setup, empty_record
 from adaptive_ff.simulation.loop import run_compiled, run_plain, start_position
 from plant import Actuator, Joint
 
@@ -48,10 +48,10 @@ def make(name, scenario=SCENARIO):
     return CONTROLLERS[name](scenario)
 
 
-def course_along(reference, *, joint=SCENARIO.joint, substeps=1, noise=0.0, seed=0, limit=400.0):
-    """Course of a joint along a reference on the solver's grid, sampled every so many solver steps."""
+def setup_along(reference, *, joint=SCENARIO.joint, substeps=1, noise=0.0, seed=0, limit=400.0):
+    """Run set-up of a joint along a reference on the solver's grid, sampled every so many solver steps."""
     samples = (len(reference) - 1) // substeps
-    return lay_plain_course(
+    return build_plain_setup(
         joint,
         np.arange(samples + 1, dtype=np.int64) * substeps,
         np.asarray(reference, dtype=float)[: samples * substeps + 1],
@@ -60,48 +60,48 @@ def course_along(reference, *, joint=SCENARIO.joint, substeps=1, noise=0.0, seed
     )
 
 
-def begin(course):
-    """Position at the start of a course, the joint moving with the reference."""
-    return start_position(course)
+def begin(setup):
+    """Position at the start of a setup, the joint moving with the reference."""
+    return start_position(setup)
 
 
-def drive(controller, course, *, position=None, run=run_compiled):
-    """Run a controller over a course; return the record and the position at the end."""
-    record = empty_record(course, len(controller.estimate_names))
-    start = begin(course) if position is None else position._replace(sample=0, acting=-1)
-    controller.state, end = run(controller.parameters, controller.state, course, start, course.noise.size, record)
+def drive(controller, setup, *, position=None, run=run_compiled):
+    """Run a controller over a setup; return the record and the position at the end."""
+    record = empty_record(setup, len(controller.estimate_names))
+    start = begin(setup) if position is None else position._replace(sample=0, acting=-1)
+    controller.state, end = run(controller.parameters, controller.state, setup, start, setup.noise.size, record)
     return record, end
 
 
-def own_loop(controller, course, *, limit=SCENARIO.actuator.torque_limit, load=0.0, lost=None, watch=None):
+def own_loop(controller, setup, *, limit=SCENARIO.actuator.torque_limit, load=0.0, lost=None, watch=None):
     """Run a user's own loop: ``step`` around a joint. Return the torques that the drive gave.
 
     The joint carries a known load, given as ``feedforward``; measurements in ``lost`` (by sample) are replaced;
     ``watch`` is called with the number of each sample before it.
     """
-    joint, realised, torques = Joint(SCENARIO.joint, float(course.reference[0])), None, []
-    for k, first in enumerate(course.samples[:-1]):
-        measured = joint.state.velocity + course.noise[k]
+    joint, realised, torques = Joint(SCENARIO.joint, float(setup.reference[0])), None, []
+    for k, first in enumerate(setup.samples[:-1]):
+        measured = joint.state.velocity + setup.noise[k]
         if watch is not None:
             watch(k)
         torque = controller.step(
-            course.reference[first],
+            setup.reference[first],
             (lost or {}).get(k, measured),
-            next_reference=course.reference[course.samples[k + 1]],
+            next_reference=setup.reference[setup.samples[k + 1]],
             realised_torque=realised,
             feedforward=load,
         )
         assert math.isfinite(torque)
         realised = min(max(torque, -limit), limit)
         torques.append(realised)
-        joint.step(realised - load, (course.samples[k + 1] - first) * course.solver_period)
+        joint.step(realised - load, (setup.samples[k + 1] - first) * setup.solver_period)
     return np.array(torques)
 
 
-def error_of(course, record, seconds):
+def error_of(setup, record, seconds):
     """Root of the mean square error over the last seconds."""
-    last = round(seconds / course.solver_period)
-    return float(np.sqrt(np.mean((course.reference - record.velocity)[-last:] ** 2)))
+    last = round(seconds / setup.solver_period)
+    return float(np.sqrt(np.mean((setup.reference - record.velocity)[-last:] ** 2)))
 
 
 __all__ = [
@@ -110,12 +110,12 @@ __all__ = [
     "SAMPLE",
     "SCENARIO",
     "begin",
-    "course_along",
+    "build_setup",
     "drive",
     "error_of",
-    "lay_course",
     "make",
     "own_loop",
     "run_compiled",
     "run_plain",
+    "setup_along",
 ]

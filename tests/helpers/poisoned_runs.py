@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 from unittest.mock import patch
 
 import numpy as np
-from closed_loops import SCENARIO, lay_course, make
+from closed_loops import SCENARIO, build_setup, make
 
 from adaptive_ff.simulation.experiment import empty_record
 from adaptive_ff.simulation.loop import run_compiled, run_plain, start_position
@@ -47,25 +47,25 @@ class Learnt:
     """A controller that has learnt, to be run on with bad inputs again and again."""
 
     def __init__(self, name, seed=101):
-        self.course = lay_course(SCENARIO.modified(duration=(FIRST + BAD + AFTER + JUDGED) / 100.0, seed=seed))
+        self.setup = build_setup(SCENARIO.modified(duration=(FIRST + BAD + AFTER + JUDGED) / 100.0, seed=seed))
         self.controller = make(name)
-        self.record = empty_record(self.course, len(self.controller.estimate_names))
-        start, block = start_position(self.course), self.controller.parameters
-        self.state, self.position = run_compiled(block, self.controller.state, self.course, start, FIRST, self.record)
+        self.record = empty_record(self.setup, len(self.controller.estimate_names))
+        start, block = start_position(self.setup), self.controller.parameters
+        self.state, self.position = run_compiled(block, self.controller.state, self.setup, start, FIRST, self.record)
         self.undisturbed, _ = self.go_on({})
 
     def go_on(self, replaced):
         """Return the rms error 30 s after inputs were replaced, by sample, and whether all is finite."""
-        state, position, course = copy.deepcopy(self.state), self.position, self.course
-        record = empty_record(course, len(self.controller.estimate_names))
+        state, position, setup = copy.deepcopy(self.state), self.position, self.setup
+        record = empty_record(setup, len(self.controller.estimate_names))
         record.given[:] = self.record.given
         block, end = self.controller.parameters, FIRST + BAD
         poisoned = Poisoned(block, {FIRST + sample: values for sample, values in replaced.items()})
         kernels = patch.dict(STEPS, {Poisoned: step_poisoned}), patch.dict(ESTIMATES, {Poisoned: without_estimates})
         with kernels[0], kernels[1]:  # for this run only: the registries list the controllers that there are
-            state, position = run_plain(poisoned, state, course, position, end, record)
+            state, position = run_plain(poisoned, state, setup, position, end, record)
         finite = is_finite(state)
-        state, _ = run_compiled(block, state, course, position, course.noise.size, record)
-        judged = slice(course.samples[end + AFTER], None)
-        error = float(np.sqrt(np.mean((course.reference - record.velocity)[judged] ** 2)))
+        state, _ = run_compiled(block, state, setup, position, setup.noise.size, record)
+        judged = slice(setup.samples[end + AFTER], None)
+        error = float(np.sqrt(np.mean((setup.reference - record.velocity)[judged] ** 2)))
         return error, finite and is_finite(state) and bool(np.all(np.isfinite(record.torque)))

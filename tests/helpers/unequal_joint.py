@@ -77,21 +77,21 @@ def applied(torques, whole, rest):
     return (queue[-2 - whole] if rest else late), late
 
 
-def unequal_loop(controller, course, joint=EQUAL, *, delay=0.0, limit=400.0, tell=True, known=None):
+def unequal_loop(controller, setup, joint=EQUAL, *, delay=0.0, limit=400.0, tell=True, known=None):
     """Run a controller's ``step`` around an unequal joint behind a drive with computation delay, in periods.
 
     ``known`` are further loads, a sample each, given as ``feedforward``; each acts while the torque of its sample does.
     Return the error on the solver's grid, and the torques that were asked for.
     """
     whole, rest = int(delay), delay - int(delay)
-    plant, realised, asked = UnequalJoint(joint, float(course.reference[0])), None, []
-    loads = np.zeros(course.noise.size) if known is None else known
-    velocity, held = [np.array([course.reference[0]])], []
-    for k, (first, last) in enumerate(zip(course.samples[:-1], course.samples[1:], strict=True)):
+    plant, realised, asked = UnequalJoint(joint, float(setup.reference[0])), None, []
+    loads = np.zeros(setup.noise.size) if known is None else known
+    velocity, held = [np.array([setup.reference[0]])], []
+    for k, (first, last) in enumerate(zip(setup.samples[:-1], setup.samples[1:], strict=True)):
         torque = controller.step(
-            course.reference[first],
-            plant.state.velocity + course.noise[k],
-            next_reference=course.reference[last],
+            setup.reference[first],
+            plant.state.velocity + setup.noise[k],
+            next_reference=setup.reference[last],
             realised_torque=realised if tell else None,
             feedforward=loads[k],
         )
@@ -101,7 +101,7 @@ def unequal_loop(controller, course, joint=EQUAL, *, delay=0.0, limit=400.0, tel
         waiting = round(rest * (last - first))
         velocity += [plant.step(early - early_load, waiting), plant.step(late - late_load, last - first - waiting)]
         realised = (waiting * early + (last - first - waiting) * late) / (last - first)
-    return np.concatenate(velocity) - course.reference[: course.samples[-1] + 1], np.array(asked)
+    return np.concatenate(velocity) - setup.reference[: setup.samples[-1] + 1], np.array(asked)
 
 
 def rms(error, seconds):

@@ -135,7 +135,7 @@ def test_lagged_torque_is_the_exact_response_of_a_first_order_lag():
     drive = Actuator(lag=0.004).parameters
     mean, end = lagged_torque(drive, 50.0, -10.0, 0.001)
     time = np.linspace(0.0, 0.001, 100_001)
-    course = 50.0 - 60.0 * np.exp(-time / 0.004)
-    assert end == pytest.approx(course[-1], rel=1e-12)
-    assert mean == pytest.approx(np.trapezoid(course, time) / 0.001, rel=1e-9)
+    setup = 50.0 - 60.0 * np.exp(-time / 0.004)
+    assert end == pytest.approx(setup[-1], rel=1e-12)
+    assert mean == pytest.approx(np.trapezoid(setup, time) / 0.001, rel=1e-9)
     assert lagged_torque(Actuator().parameters, 50.0, -10.0, 0.001) == (50.0, 50.0)

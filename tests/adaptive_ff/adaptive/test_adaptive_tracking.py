@@ -5,7 +5,7 @@ import math
 
 import numpy as np
 import pytest
-from closed_loops import SCENARIO, drive, error_of, lay_course, run_plain
+from closed_loops import SCENARIO, build_setup, drive, error_of, run_plain
 from closed_loops import make as make_named
 
 from adaptive_ff import AdaptiveController, load_scenario, simulate
@@ -63,21 +63,21 @@ def test_the_joint_is_identified(period):
 
 
 def test_lost_measurements_are_bridged():
-    course = lay_course(SCENARIO.modified(duration=30.0))
-    noise = course.noise.copy()
+    setup = build_setup(SCENARIO.modified(duration=30.0))
+    noise = setup.noise.copy()
     noise[1500:1550] = math.nan
     adaptive, pi = make_named("adaptive"), make_named("pi")
-    record, _ = drive(adaptive, course._replace(noise=noise))
-    alone, _ = drive(pi, course._replace(noise=noise))
+    record, _ = drive(adaptive, setup._replace(noise=noise))
+    alone, _ = drive(pi, setup._replace(noise=noise))
     assert adaptive.rejected == 50
-    assert error_of(course, record, 15.0) < 0.5 * error_of(course, alone, 15.0)
+    assert error_of(setup, record, 15.0) < 0.5 * error_of(setup, alone, 15.0)
 
 
 def test_plain_python_equals_compiled_code():
-    course = lay_course(SCENARIO.modified(duration=3.0))
+    setup = build_setup(SCENARIO.modified(duration=3.0))
     compiled, plain = make_named("adaptive"), make_named("adaptive")
-    first, _ = drive(compiled, course)
-    second, _ = drive(plain, course, run=run_plain)
+    first, _ = drive(compiled, setup)
+    second, _ = drive(plain, setup, run=run_plain)
     np.testing.assert_array_equal(first.torque, second.torque)
 
 
@@ -106,7 +106,7 @@ def test_every_constant_can_be_set_and_acts():
         AdaptiveController(*pi_gains(20.0, 10.0), 0.01, inertia=20.0, stribeck_velocity=0.05, tuning=tuning)
         for tuning in (Tuning(), deaf)
     ]
-    course = lay_course(SCENARIO.modified(duration=5.0))
-    first, second = (drive(one, course)[0].torque for one in controllers)
+    setup = build_setup(SCENARIO.modified(duration=5.0))
+    first, second = (drive(one, setup)[0].torque for one in controllers)
     assert not np.array_equal(first, second)
     assert controllers[1].observer_gain == 0.0

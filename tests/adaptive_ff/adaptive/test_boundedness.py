@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 import pytest
-from closed_loops import SCENARIO, drive, error_of, lay_course
+from closed_loops import SCENARIO, build_setup, drive, error_of
 from closed_loops import make as make_named
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
@@ -117,13 +117,13 @@ def test_any_doubles_in_finite_torque_out(rows):
 
 @pytest.mark.parametrize("value", [math.nan, 1e6, -3.0])
 def test_after_a_second_of_nonsense_it_recovers(value):
-    course = lay_course(SCENARIO.modified(duration=30.0))
-    noise = course.noise.copy()
+    setup = build_setup(SCENARIO.modified(duration=30.0))
+    noise = setup.noise.copy()
     noise[1000:1100] = value
     found, plain = make_named("adaptive"), make_named("pi")
-    torn, _ = drive(found, course._replace(noise=noise))
-    alone, _ = drive(plain, course._replace(noise=noise))
-    assert error_of(course, torn, 10.0) < 0.6 * error_of(course, alone, 10.0)
+    torn, _ = drive(found, setup._replace(noise=noise))
+    alone, _ = drive(plain, setup._replace(noise=noise))
+    assert error_of(setup, torn, 10.0) < 0.6 * error_of(setup, alone, 10.0)
 
 
 def test_hours_without_excitation_neither_wind_up_nor_blow_up():

@@ -4,7 +4,7 @@ import json
 import math
 
 import pytest
-from closed_loops import SCENARIO, drive, lay_course, make
+from closed_loops import SCENARIO, build_setup, drive, make
 
 from adaptive_ff.adaptive.controller import AdaptiveController
 
@@ -30,7 +30,7 @@ def put(tree, path, value):
 @pytest.fixture(scope="module")
 def worked():
     controller = make("adaptive", SCENARIO)
-    drive(controller, lay_course(SCENARIO.modified(duration=5.0)))
+    drive(controller, build_setup(SCENARIO.modified(duration=5.0)))
     return controller.state_to_json()
 
 

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from closed_loops import SCENARIO, course_along, drive, lay_course, make
+from closed_loops import SCENARIO, build_setup, drive, make, setup_along
 
 from adaptive_ff.baselines.canudas import (
     INITIAL_COVARIANCE,
@@ -137,13 +137,13 @@ def test_the_stated_share_of_friction_is_compensated_at_the_measured_velocity(ve
 def test_compensating_more_friction_than_there_is_keeps_a_joint_moving_and_the_rest_that_is_left_lets_it_rest():
     """The reason for under-compensation; Coulomb friction is overestimated by a quarter here."""
     joint = SCENARIO.joint.model_copy(update={"stiction": 60.0, "friction_lag": 0.0})
-    course = course_along(np.where(np.arange(20_001) < 100, 0.1, 0.0), joint=joint)
+    setup = setup_along(np.where(np.arange(20_001) < 100, 0.1, 0.0), joint=joint)
 
     def fastest(share):
         controller = CanudasMeasuredController(60.0, 0.0, 0.001, inertia=20.0, dead_zone=0.002, share=share)
         controller.state.physical[:] = [20.0, 75.0, 75.0, 80.0, 80.0]
         controller.enabled = False
-        record, _ = drive(controller, course)
+        record, _ = drive(controller, setup)
         return np.max(np.abs(record.velocity[-10_000:]))
 
     assert fastest(1.0) == pytest.approx(15.0 / 60.0, rel=0.01)  # what is compensated too much, over the gain
@@ -151,19 +151,19 @@ def test_compensating_more_friction_than_there_is_keeps_a_joint_moving_and_the_r
 
 
 def test_covariance_stays_within_that_of_the_start_at_constant_speed():
-    course = course_along(np.full(200_001, 0.2), noise=0.002, seed=4)
+    setup = setup_along(np.full(200_001, 0.2), noise=0.002, seed=4)
     controller = CanudasController(*GAINS, 0.001, inertia=20.0, dead_zone=0.01, memory=1.0)
-    drive(controller, course)
+    drive(controller, setup)
     assert np.trace(controller.state.recursion.covariance) < 1.01 * 5 * INITIAL_COVARIANCE
     assert np.all(np.isfinite(estimates_of(controller)))
 
 
 def test_it_follows_a_real_joint_better_than_pi():
-    course = lay_course(SCENARIO)
+    setup = build_setup(SCENARIO)
     errors = {}
     for name in ("pi", "canudas", "canudas_measured"):
-        record, _ = drive(make(name), course)
-        errors[name] = np.sqrt(np.mean((course.reference - record.velocity)[30_000:] ** 2))
+        record, _ = drive(make(name), setup)
+        errors[name] = np.sqrt(np.mean((setup.reference - record.velocity)[30_000:] ** 2))
     assert errors["canudas"] < 0.7 * errors["pi"]
     assert errors["canudas_measured"] < 0.9 * errors["pi"]
 

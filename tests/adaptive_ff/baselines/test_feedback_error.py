@@ -5,7 +5,7 @@ import math
 
 import numpy as np
 import pytest
-from closed_loops import SCENARIO, drive, lay_course
+from closed_loops import SCENARIO, build_setup, drive
 from plan_inputs import plan_inputs
 
 from adaptive_ff.baselines.feedback_error import FeedbackErrorLearning
@@ -34,13 +34,13 @@ def quiet(**joint):
 
 def test_with_the_true_weights_its_feedforward_is_that_of_the_model():
     """Oracle: the model. The lag acts on viscous friction there, which leaves ``sigma tau dw_ref/dt``."""
-    course, model = lay_course(SCENARIO.modified(duration=6.0)), true_model(SCENARIO)._replace(viscous=0.0)
+    setup, model = build_setup(SCENARIO.modified(duration=6.0)), true_model(SCENARIO)._replace(viscous=0.0)
     learning = with_lags([model.friction_lag / 2.0, model.friction_lag])
     teach(learning, model, lag=1)
     learning.enabled = False
-    found, _ = drive(learning, course)
+    found, _ = drive(learning, setup)
     state, expected = initial_feedforward_state(), []
-    for reference, following in itertools.pairwise(course.reference[course.samples]):
+    for reference, following in itertools.pairwise(setup.reference[setup.samples]):
         torque, state = step_feedforward(model, state, plan_inputs(reference, following), 0.01)
         expected.append(torque)
     assert found.feedforward[: len(expected)] == pytest.approx(expected, abs=1e-9)
@@ -49,8 +49,8 @@ def test_with_the_true_weights_its_feedforward_is_that_of_the_model():
 
 def test_it_converges_to_the_inverse_model_of_a_joint_without_lag_and_the_feedback_torque_vanishes():
     scenario = quiet(friction_lag=0.0)
-    course, learning = lay_course(scenario), with_lags([0.0], period=0.001, rate=0.15 / RESPONSE)
-    record, _ = drive(learning, course)
+    setup, learning = build_setup(scenario), with_lags([0.0], period=0.001, rate=0.15 / RESPONSE)
+    record, _ = drive(learning, setup)
     joint = scenario.joint
     found = learning.estimates
     assert found["inertia"] == pytest.approx(joint.inertia, rel=0.05)
@@ -67,12 +67,12 @@ def test_it_converges_to_the_inverse_model_of_a_joint_without_lag_and_the_feedba
 def test_a_mixture_of_lags_stands_for_the_one_in_between():
     """The built-in lag is 20 ms; the features have 8 and 40 ms."""
     mixture = {"lags": [0.5 * RESPONSE, 2.5 * RESPONSE], "period": 0.001, "rate": 0.15 / RESPONSE}
-    course, learning = lay_course(quiet()), with_lags(**mixture)
-    drive(learning, course)
+    setup, learning = build_setup(quiet()), with_lags(**mixture)
+    drive(learning, setup)
     assert learning.estimates["friction_lag"] == pytest.approx(0.02, rel=0.2)
-    rough, _ = drive(with_lags([0.0], period=0.001), course)
-    fine, _ = drive(with_lags(**mixture), course)
-    errors = [np.sqrt(np.mean((course.reference - record.velocity)[60_000:] ** 2)) for record in (rough, fine)]
+    rough, _ = drive(with_lags([0.0], period=0.001), setup)
+    fine, _ = drive(with_lags(**mixture), setup)
+    errors = [np.sqrt(np.mean((setup.reference - record.velocity)[60_000:] ** 2)) for record in (rough, fine)]
     assert errors[1] < 0.5 * errors[0]
 
 

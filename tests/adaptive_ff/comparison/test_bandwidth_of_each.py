@@ -42,7 +42,7 @@ def test_best_bandwidth_is_chosen_on_its_own_seeds(monkeypatch):
     """Made-up errors, settled least at 3 Hz, loaded at 6 Hz; the scenario's own seed is not among those of the runs."""
     seen = set()
 
-    def made_up(scenario, maker, course=None):
+    def made_up(scenario, maker, setup=None):
         seen.add(scenario.seed)
         hertz = scenario.feedback.hertz
         return Errors(*(1.0 + abs(math.log(hertz / best)) if hertz < 12.0 else math.inf for best in (3.0, 6.0)))

@@ -13,13 +13,13 @@ from closed_loops import (
     SAMPLE,
     SCENARIO,
     begin,
-    course_along,
+    build_setup,
     drive,
     error_of,
-    lay_course,
     make,
     own_loop,
     run_plain,
+    setup_along,
 )
 from nightly import sampled
 
@@ -54,17 +54,17 @@ def without_offset(estimates):
 def test_ones_own_loop_of_step_is_the_whole_run(name):
     scenario = SHORT.modified(adaptation={"identify": "offset"})  # ones own loop gives no position
     run = simulate(scenario, name)
-    torques = own_loop(make(name, scenario), lay_course(scenario))
+    torques = own_loop(make(name, scenario), build_setup(scenario))
     assert np.ptp(torques) > 100.0
     assert same(torques, run.torque)
 
 
 @controllers
 def test_plain_python_equals_compiled(name):
-    course = lay_course(SHORT)
+    setup = build_setup(SHORT)
     plain, fast = make(name), make(name)
-    expected, _ = drive(plain, course, run=run_plain)
-    found, _ = drive(fast, course)
+    expected, _ = drive(plain, setup, run=run_plain)
+    found, _ = drive(fast, setup)
     for series in found._fields:
         wanted = getattr(expected, series)
         size = np.max(np.abs(wanted), initial=1e-300)
@@ -75,19 +75,19 @@ def test_plain_python_equals_compiled(name):
 
 @controllers
 def test_a_single_step_in_plain_python_equals_the_compiled_one(name):
-    course = lay_course(SHORT.modified(duration=1.0))
-    found = own_loop(make(name).run_uncompiled(), course)
-    assert found == pytest.approx(own_loop(make(name), course), rel=1e-12, abs=1e-10)
+    setup = build_setup(SHORT.modified(duration=1.0))
+    found = own_loop(make(name).run_uncompiled(), setup)
+    assert found == pytest.approx(own_loop(make(name), setup), rel=1e-12, abs=1e-10)
 
 
 @controllers
 def test_reset_makes_a_controller_like_new(name):
-    course, controller = lay_course(SHORT), make(name)
-    used, _ = drive(controller, course)
+    setup, controller = build_setup(SHORT), make(name)
+    used, _ = drive(controller, setup)
     assert controller.state_to_json() != make(name).state_to_json()
     controller.reset()
     assert controller.state_to_json() == make(name).state_to_json()
-    again, _ = drive(controller, course)
+    again, _ = drive(controller, setup)
     assert np.array_equal(again.torque, used.torque)
 
 
@@ -114,12 +114,12 @@ def arrays_of(value):
 @controllers
 def test_steps_leave_the_parameters_as_they_are(name):
     """Compiled and in plain Python; no array is both in the parameters and in the state."""
-    course, controller = lay_course(SHORT), make(name)
+    setup, controller = build_setup(SHORT), make(name)
     before = copy.deepcopy(controller.parameters)
-    drive(controller, course)
+    drive(controller, setup)
     plain = make(name).run_uncompiled()
     plain.parameters = controller.parameters
-    own_loop(plain, lay_course(SHORT.modified(duration=4.0)))
+    own_loop(plain, build_setup(SHORT.modified(duration=4.0)))
     found = leaves(controller.parameters)
     assert all(np.array_equal(a, b) for a, b in zip(found, leaves(before), strict=True))
     shared = [(a, b) for a in arrays_of(controller.parameters) for b in arrays_of(controller.state)]
@@ -165,7 +165,7 @@ def test_a_takeover_that_is_refused_leaves_state_and_parameters_as_they_were(nam
 @controllers
 def test_asking_changes_nothing(name):
     controller = make(name)
-    drive(controller, lay_course(SHORT))
+    drive(controller, build_setup(SHORT))
     before = controller.state_to_json()
     asked = [controller.estimates, controller.rejected, *(getattr(controller, q, 0) for q in QUERIES)]
     assert len(asked) == 2 + len(QUERIES)
@@ -177,24 +177,24 @@ QUERIES = ("enabled", "uncertainties", "feedforward_lag")
 
 @controllers
 def test_controllers_of_the_same_kind_share_no_state(name):
-    course, first, second = lay_course(SHORT), make(name), make(name)
+    setup, first, second = build_setup(SHORT), make(name), make(name)
     untouched = second.state_to_json()
-    drive(first, course)
+    drive(first, setup)
     assert second.state_to_json() == untouched
 
 
 @controllers
 @pytest.mark.parametrize("lost", [math.nan, math.inf, -math.inf], ids=str)
 def test_lost_measurements_are_counted_and_change_no_estimate(name, lost):
-    course, controller = lay_course(SHORT), make(name)
+    setup, controller = build_setup(SHORT), make(name)
     samples = {0, *range(250, 253), *range(300, 600, 25)}
     seen = {}
 
     def watch(k):
         seen[k] = controller.estimates
 
-    own_loop(controller, course, lost=dict.fromkeys(samples, lost), watch=watch)
-    seen[course.noise.size] = controller.estimates
+    own_loop(controller, setup, lost=dict.fromkeys(samples, lost), watch=watch)
+    seen[setup.noise.size] = controller.estimates
     assert controller.rejected == len(samples)
     for k in samples:
         before, after = without_offset(seen[k]), without_offset(seen[k + 1])
@@ -204,16 +204,16 @@ def test_lost_measurements_are_counted_and_change_no_estimate(name, lost):
 
 @identifying
 def test_after_lost_measurements_it_goes_on_learning(name):
-    course, controller = lay_course(SCENARIO), make(name)
-    noise = course.noise.copy()
+    setup, controller = build_setup(SCENARIO), make(name)
+    noise = setup.noise.copy()
     noise[500:2000:50] = math.nan
     noise[2000:2100] = math.inf
-    record, _ = drive(controller, course._replace(noise=noise))
-    intact, _ = drive(make(name), course)
+    record, _ = drive(controller, setup._replace(noise=noise))
+    intact, _ = drive(make(name), setup)
     assert controller.rejected == 130
     assert np.all(np.isfinite(record.torque))
     assert np.count_nonzero(np.any(np.diff(record.estimates[2100:], axis=0), axis=1)) > 500
-    assert error_of(course, record, 20.0) < 1.5 * error_of(course, intact, 20.0)
+    assert error_of(setup, record, 20.0) < 1.5 * error_of(setup, intact, 20.0)
 
 
 @controllers
@@ -221,25 +221,25 @@ def test_long_saturation_is_survived(name):
     largest = {"after": [], "unspoilt": []}
     # the largest error of a few seconds scatters from draw to draw, that of the paper's controller up to 20 times
     for seed in (101, 102, 103) if name == "adaptive" else (SCENARIO.seed,):
-        course, controller = lay_course(SCENARIO.modified(seed=seed)), make(name)
-        weak = course._replace(actuator=course.actuator._replace(torque_limit=0.5 * SCENARIO.joint.stiction))
+        setup, controller = build_setup(SCENARIO.modified(seed=seed)), make(name)
+        weak = setup._replace(actuator=setup.actuator._replace(torque_limit=0.5 * SCENARIO.joint.stiction))
         blocked, end = drive(controller, weak)
         assert np.mean(np.abs(blocked.torque) == weak.actuator.torque_limit) > 0.5
         assert np.mean(blocked.velocity == 0.0) > 0.8
         assert np.all(np.isfinite(list(controller.estimates.values())))
-        after, _ = drive(controller, course, position=end)
-        unspoilt, _ = drive(make(name), course)
+        after, _ = drive(controller, setup, position=end)
+        unspoilt, _ = drive(make(name), setup)
         assert np.all(np.isfinite(after.torque))
         soon = slice(1000, 5000)  # from one second after the release on: nothing is wound up
         for case, record in (("after", after), ("unspoilt", unspoilt)):
-            largest[case].append(np.max(np.abs(course.reference - record.velocity)[soon]))
-        assert error_of(course, after, 20.0) < 1.2 * error_of(course, unspoilt, 20.0)
+            largest[case].append(np.max(np.abs(setup.reference - record.velocity)[soon]))
+        assert error_of(setup, after, 20.0) < 1.2 * error_of(setup, unspoilt, 20.0)
     assert np.linalg.norm(largest["after"]) < 2.0 * np.linalg.norm(largest["unspoilt"])
 
 
 def stand_still(controller, noise, minutes):
     """Let a controller hold a joint at rest; return the position at the end."""
-    rest = course_along(np.zeros(60_001), substeps=10, noise=noise, seed=16)
+    rest = setup_along(np.zeros(60_001), substeps=10, noise=noise, seed=16)
     position = begin(rest)
     for _ in range(minutes):
         record, position = drive(controller, rest, position=position)
@@ -252,18 +252,18 @@ def stand_still(controller, noise, minutes):
 @controllers
 @pytest.mark.parametrize("noise", [0.0, 0.002], ids=["silent", "noisy"])
 def test_after_a_minute_of_standstill_it_works_as_from_the_start(name, noise):
-    course, controller = lay_course(SCENARIO), make(name)
-    after, _ = drive(controller, course, position=stand_still(controller, noise, minutes=1))
-    unspoilt, _ = drive(make(name), course)
-    assert error_of(course, after, 20.0) < 1.2 * error_of(course, unspoilt, 20.0)
+    setup, controller = build_setup(SCENARIO), make(name)
+    after, _ = drive(controller, setup, position=stand_still(controller, noise, minutes=1))
+    unspoilt, _ = drive(make(name), setup)
+    assert error_of(setup, after, 20.0) < 1.2 * error_of(setup, unspoilt, 20.0)
 
 
 @pytest.mark.nightly
 @controllers
 @pytest.mark.parametrize("noise", [0.0, 0.002], ids=["silent", "noisy"])
 def test_after_an_hour_of_standstill_all_is_finite_and_learning_goes_on(name, noise):
-    course, controller = lay_course(SHORT), make(name)
-    after, _ = drive(controller, course, position=stand_still(controller, noise, minutes=65))
+    setup, controller = build_setup(SHORT), make(name)
+    after, _ = drive(controller, setup, position=stand_still(controller, noise, minutes=65))
     assert np.all(np.isfinite(after.torque))
     assert np.all(np.isfinite(after.estimates))
     assert np.any(np.diff(after.estimates, axis=0)) == (name in IDENTIFYING)
@@ -271,19 +271,19 @@ def test_after_an_hour_of_standstill_all_is_finite_and_learning_goes_on(name, no
 
 @pytest.mark.parametrize("name", sampled(SWITCHED, SAMPLE))
 def test_switched_off_it_keeps_its_estimates_and_feeds_them_forward(name):
-    course, controller = lay_course(SCENARIO), make(name)
+    setup, controller = build_setup(SCENARIO), make(name)
     assert controller.enabled is True
-    drive(controller, course)
+    drive(controller, setup)
     learnt = without_offset(controller.estimates)
     controller.enabled = False
     assert controller.enabled is False
-    record, _ = drive(controller, course)
+    record, _ = drive(controller, setup)
     assert without_offset(controller.estimates) == learnt
     kept = [name in learnt for name in controller.estimates]
     assert np.all(record.estimates[:, kept] == list(learnt.values()))
     assert np.ptp(record.feedforward) > 50.0
     controller.enabled = True
-    drive(controller, course)
+    drive(controller, setup)
     assert without_offset(controller.estimates) != learnt
 
 
@@ -305,9 +305,9 @@ def test_parts_of_a_run_make_no_difference(name, part, monkeypatch):
 @controllers
 @pytest.mark.parametrize("load", [35.0, -70.0])
 def test_a_known_load_that_is_told_changes_neither_motion_nor_estimates(name, load):
-    course, free, loaded = lay_course(SHORT), make(name), make(name)
-    expected = own_loop(free, course, limit=math.inf)
-    found = own_loop(loaded, course, limit=math.inf, load=load)
+    setup, free, loaded = build_setup(SHORT), make(name), make(name)
+    expected = own_loop(free, setup, limit=math.inf)
+    found = own_loop(loaded, setup, limit=math.inf, load=load)
     assert found - load == pytest.approx(expected, abs=1e-3)  # rounding, amplified by collinear regressors
     assert loaded.estimates == pytest.approx(free.estimates, rel=1e-5, abs=1e-5)
 
@@ -325,7 +325,7 @@ class Untold:
 @identifying
 def test_a_load_that_is_not_told_does_change_the_estimates(name):
     """The counterpart of the last test: it would pass for a controller that learns nothing."""
-    course, free, loaded = lay_course(SHORT), make(name), make(name)
-    own_loop(free, course)
-    own_loop(Untold(loaded), course, load=35.0)
+    setup, free, loaded = build_setup(SHORT), make(name), make(name)
+    own_loop(free, setup)
+    own_loop(Untold(loaded), setup, load=35.0)
     assert loaded.estimates != pytest.approx(free.estimates, rel=0.01)

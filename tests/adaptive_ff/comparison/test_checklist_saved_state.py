@@ -5,7 +5,7 @@ import math
 
 import numpy as np
 import pytest
-from closed_loops import LINE_UP, SCENARIO, drive, lay_course, make, own_loop
+from closed_loops import LINE_UP, SCENARIO, build_setup, drive, make, own_loop
 
 from controllers import PI
 
@@ -17,7 +17,7 @@ controllers = pytest.mark.parametrize("name", LINE_UP)
 
 @controllers
 def test_state_saved_in_mid_run_goes_on_bit_for_bit_in_a_new_controller(name):
-    course, first, second = lay_course(SHORT), make(name), make(name)
+    setup, first, second = build_setup(SHORT), make(name), make(name)
     middle = 301
     saved = {}
 
@@ -25,7 +25,7 @@ def test_state_saved_in_mid_run_goes_on_bit_for_bit_in_a_new_controller(name):
         if k == middle:
             saved["text"] = first.state_to_json()
 
-    torques = own_loop(first, course, watch=save)
+    torques = own_loop(first, setup, watch=save)
     inputs = []
 
     class Spy:
@@ -34,7 +34,7 @@ def test_state_saved_in_mid_run_goes_on_bit_for_bit_in_a_new_controller(name):
             return first.step(reference, velocity, **others)
 
     first.reset()
-    assert np.array_equal(own_loop(Spy(), course), torques)
+    assert np.array_equal(own_loop(Spy(), setup), torques)
     second.state_from_json(saved["text"])
     assert second.state_to_json() == saved["text"]
     found = [second.step(reference, velocity, **others) for reference, velocity, others in inputs[middle:]]
@@ -86,7 +86,7 @@ MOST_TEXTS = 300
 @controllers
 def test_wrong_texts_are_refused_and_leave_the_state(name):
     controller = make(name)
-    drive(controller, lay_course(SHORT))
+    drive(controller, build_setup(SHORT))
     text, count = controller.state_to_json(), 0
     texts = list(wrong_texts(text))
     for wrong in texts[:: max(1, len(texts) // MOST_TEXTS)]:

@@ -142,8 +142,8 @@ def test_a_calibration_serves_all_forms_of_a_scenario(monkeypatch):
     from adaptive_ff.comparison import calibration
 
     counted = []
-    original = calibration.lay_course
-    monkeypatch.setattr(calibration, "lay_course", lambda scenario: counted.append(1) or original(scenario))
+    original = calibration.build_setup
+    monkeypatch.setattr(calibration, "build_setup", lambda scenario: counted.append(1) or original(scenario))
     scenario = SCENARIO.modified(seed=555)
     for form in ("coulomb", "stribeck", "coulomb", "lagged", "lagged"):
         model(form, "batch", scenario)

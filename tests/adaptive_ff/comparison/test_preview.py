@@ -5,7 +5,7 @@ import math
 
 import numpy as np
 import pytest
-from closed_loops import lay_course, make
+from closed_loops import build_setup, make
 
 from adaptive_ff import JointGroup, load_scenario, simulate
 from adaptive_ff.comparison.running import Drive
@@ -25,47 +25,47 @@ FED |= {"feedback_error": 0.95, "disturbance_observer": 1.02}
 """Controllers that feed the plan forward, and their largest error with the plan known over that by extrapolation."""
 
 
-def blind(course):
-    """The same course; the plan is known up to the next sample."""
-    return course._replace(acting=np.full_like(course.acting, math.nan))
+def blind(setup):
+    """The same setup; the plan is known up to the next sample."""
+    return setup._replace(acting=np.full_like(setup.acting, math.nan))
 
 
 @pytest.mark.parametrize("delay", [0.0, 0.01, 0.015])
 def test_the_plan_is_that_of_when_the_torque_acts(delay):
     scenario = STOPS.modified(actuator={"delay": delay}, duration=6.0)
-    course = lay_course(scenario)
-    times = course.samples * course.solver_period + delay
+    setup = build_setup(scenario)
+    times = setup.samples * setup.solver_period + delay
     known = times < 6.0 + 1e-9
-    wanted = np.interp(times, scenario.times(), course.reference)
-    assert course.acting[known] == pytest.approx(wanted[known], abs=1e-12)
-    assert np.all(np.isnan(course.acting[~known]))
+    wanted = np.interp(times, scenario.times(), setup.reference)
+    assert setup.acting[known] == pytest.approx(wanted[known], abs=1e-12)
+    assert np.all(np.isnan(setup.acting[~known]))
     assert np.count_nonzero(~known) == math.ceil(delay / 0.01)
 
 
 @pytest.mark.parametrize(("name", "most"), FED.items())
 def test_with_it_a_controller_tracks_better_than_by_extrapolation(name, most):
-    course = lay_course(STOPS)
-    with_plan, without = (simulate(STOPS, name, course=one).metrics for one in (course, blind(course)))
+    setup = build_setup(STOPS)
+    with_plan, without = (simulate(STOPS, name, setup=one).metrics for one in (setup, blind(setup)))
     assert with_plan.rms_error_settled < most * without.rms_error_settled
 
 
 def test_each_controller_is_given_the_plan_for_the_delay_that_it_reckons_with():
     """All but the oracle reckon with the one that the scenario tells, here none."""
     scenario = load_scenario(SCENARIOS / "delay_unknown.toml")
-    course = lay_course(scenario)
-    assert Drive(make("adaptive", scenario)).previewed(course) is course
-    assert course.lead == 0
-    seen = Drive(make("oracle", scenario)).previewed(course)
-    assert seen.lead == round(scenario.actuator.delay / course.solver_period) > 0
-    later = course.samples + seen.lead
-    inside = later < course.reference.size
-    assert np.array_equal(seen.acting[inside], course.reference[later[inside]])
+    setup = build_setup(scenario)
+    assert Drive(make("adaptive", scenario)).previewed(setup) is setup
+    assert setup.lead == 0
+    seen = Drive(make("oracle", scenario)).previewed(setup)
+    assert seen.lead == round(scenario.actuator.delay / setup.solver_period) > 0
+    later = setup.samples + seen.lead
+    inside = later < setup.reference.size
+    assert np.array_equal(seen.acting[inside], setup.reference[later[inside]])
 
 
-def stepped(controller, course, previewed):
-    """Torques of a controller along a course, measured as planned; every tenth step is not given the plan ahead."""
-    found, plan = [], course.reference[course.samples].tolist()
-    for k, (acting, following) in enumerate(itertools.pairwise(course.acting[:-1].tolist())):
+def stepped(controller, setup, previewed):
+    """Torques of a controller along a setup, measured as planned; every tenth step is not given the plan ahead."""
+    found, plan = [], setup.reference[setup.samples].tolist()
+    for k, (acting, following) in enumerate(itertools.pairwise(setup.acting[:-1].tolist())):
         known = previewed and k % 10 and math.isfinite(following)
         ahead = {"acting_reference": acting, "next_acting_reference": following} if known else {}
         found.append(controller.step(plan[k], 0.95 * plan[k], next_reference=plan[k + 1], **ahead))
@@ -74,10 +74,10 @@ def stepped(controller, course, previewed):
 
 @pytest.mark.parametrize("name", ["adaptive", "fixed"])
 def test_step_takes_it_for_one_sample_compiled_and_in_plain_python(name):
-    course = lay_course(STOPS.modified(duration=3.0))
-    fast, plain = (stepped(one, course, True) for one in (make(name, STOPS), make(name, STOPS).run_uncompiled()))
+    setup = build_setup(STOPS.modified(duration=3.0))
+    fast, plain = (stepped(one, setup, True) for one in (make(name, STOPS), make(name, STOPS).run_uncompiled()))
     assert fast == pytest.approx(plain, rel=1e-9, abs=1e-9)
-    assert np.max(np.abs(fast - stepped(make(name, STOPS), course, False))) > 10.0
+    assert np.max(np.abs(fast - stepped(make(name, STOPS), setup, False))) > 10.0
 
 
 def test_a_controller_that_has_been_simulated_goes_on_without_the_last_plan():

@@ -57,10 +57,10 @@ def test_balance_is_the_bandwidth_of_the_kalman_filter_of_the_stated_walk():
     walk = KalmanDisturbance.walk(20.0, 0.001, 0.002, balance(FAST))
     assert walk == pytest.approx(proportional * vs, rel=1e-12)
     assert balance(FAST.modified(sensor={"velocity_noise": 0.0})) == math.inf
-    assumed = make_kalman_disturbance(FAST, share=1.0)
+    assumed = make_kalman_disturbance(FAST, multiple=1.0)
     expected = KalmanDisturbance.gains(20.0, 0.001, 0.002, proportional * vs)
     assert assumed.parameters[2:4] == pytest.approx(expected, rel=1e-9)
-    assert make_disturbance_observer(FAST, share=1.0).parameters.pole == pytest.approx(2.0 * math.pi * balance(FAST))
+    assert make_disturbance_observer(FAST, multiple=1.0).parameters.pole == pytest.approx(2.0 * math.pi * balance(FAST))
 
 
 @pytest.mark.parametrize("name", ["disturbance_observer", "kalman_disturbance"])

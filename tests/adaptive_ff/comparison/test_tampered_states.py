@@ -5,7 +5,7 @@ import math
 
 import numpy as np
 import pytest
-from closed_loops import SCENARIO, drive, lay_course, make, own_loop
+from closed_loops import SCENARIO, build_setup, drive, make, own_loop
 from nightly import sampled
 from poisoned_runs import is_finite
 from test_checklist_saved_state import altered, leaves
@@ -41,8 +41,8 @@ def tampered(text):
 
 @pytest.mark.parametrize("name", sampled(NAMES, ("pi", "adaptive")))
 def test_what_is_accepted_of_tampered_states_stays_finite(name):
-    controller, course = make(name), lay_course(AFTER)
-    drive(controller, lay_course(SHORT))
+    controller, setup = make(name), build_setup(AFTER)
+    drive(controller, build_setup(SHORT))
     text = controller.state_to_json()
     refused, accepted = 0, 0
     changes = list(tampered(text))
@@ -53,7 +53,7 @@ def test_what_is_accepted_of_tampered_states_stays_finite(name):
         except ValueError:
             refused += 1
             continue
-        record, _ = drive(other, course)
+        record, _ = drive(other, setup)
         assert np.all(np.isfinite(record.torque)), wrong
         assert is_finite(other.state)
         accepted += 1
@@ -121,10 +121,10 @@ def test_a_state_without_version_is_refused():
 
 def test_a_spoilt_covariance_leaves_the_torque_finite_and_the_joint_known():
     controller = make("adaptive")
-    drive(controller, lay_course(SCENARIO))
+    drive(controller, build_setup(SCENARIO))
     controller.state.quiet.covariance[9] = -1.0  # of the fourth number
     before = controller.estimates
-    torques = own_loop(controller, lay_course(SCENARIO.modified(duration=20.0)))
+    torques = own_loop(controller, build_setup(SCENARIO.modified(duration=20.0)))
     assert np.all(np.isfinite(torques))
     assert is_finite(controller.state)
     assert controller.estimates["coulomb"] == pytest.approx(before["coulomb"], rel=0.1)

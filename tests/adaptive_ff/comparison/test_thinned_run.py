@@ -8,7 +8,7 @@ import pytest
 
 from adaptive_ff import compare, load_scenario, simulate
 from adaptive_ff.comparison import running
-from adaptive_ff.simulation.experiment import lay_course
+from adaptive_ff.simulation.experiment import build_setup
 
 SCENARIOS = {
     "built-in": {},
@@ -61,9 +61,9 @@ def test_series_take_no_memory_that_grows_with_the_run(monkeypatch):
 
     def taken(duration, thin):
         asked = load_scenario().modified(duration=duration)
-        course = lay_course(asked)
+        setup = build_setup(asked)
         tracemalloc.start()
-        run = simulate(asked, "pi", course=course, thin=thin)
+        run = simulate(asked, "pi", setup=setup, thin=thin)
         peak = tracemalloc.get_traced_memory()[1]
         tracemalloc.stop()
         assert run.metrics.rms_error > 0.0

@@ -6,7 +6,7 @@ import platform
 import numpy as np
 import pytest
 from closed_loops import SCENARIO as JOINT
-from closed_loops import lay_course, make, own_loop
+from closed_loops import build_setup, make, own_loop
 from exports import (
     DELAYED,
     SIZES,
@@ -113,14 +113,14 @@ def test_an_exported_controller_starts_in_the_state_that_it_has_and_resets_to_th
 
 
 def test_it_is_used_like_the_controller_that_it_was_made_from():
-    course = lay_course(JOINT.modified(duration=2.0))
+    setup = build_setup(JOINT.modified(duration=2.0))
     runner = run_in_c(make("adaptive"))
     lost = {50: math.nan}
-    assert same(own_loop(runner, course, lost=lost), own_loop(make("adaptive").run_uncompiled(), course, lost=lost))
+    assert same(own_loop(runner, setup, lost=lost), own_loop(make("adaptive").run_uncompiled(), setup, lost=lost))
     assert runner.enabled
     runner.enabled = False
     before = {name: value for name, value in runner.estimates.items() if name != "offset"}
-    own_loop(runner, course)
+    own_loop(runner, setup)
     assert runner.estimates.items() >= before.items()
     with pytest.raises(ValueError, match="reference = nan is not allowed"):
         runner.step(math.nan, 0.0)

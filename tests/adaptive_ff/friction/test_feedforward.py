@@ -3,7 +3,7 @@ import math
 
 import numpy as np
 import pytest
-from closed_loops import SCENARIO, course_along, drive, make
+from closed_loops import SCENARIO, drive, make, setup_along
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from plan_inputs import plan_inputs
@@ -290,8 +290,8 @@ def tracking_error(name, solver_period, substeps, **joint):
     time = solver_period * np.arange(round(10.0 / solver_period) + 1)
     reference = 0.2 * np.sin(2.0 * np.pi * 0.3 * time) + 0.1 * np.sin(2.0 * np.pi * 0.8 * time)
     reference *= 1.0 - np.exp(-((time / 0.5) ** 3))  # from rest
-    course = course_along(reference, joint=scenario.joint, substeps=substeps)
-    record, _ = drive(make(name, scenario), course)
+    setup = setup_along(reference, joint=scenario.joint, substeps=substeps)
+    record, _ = drive(make(name, scenario), setup)
     return float(np.sqrt(np.mean((record.velocity - reference) ** 2)))
 
 

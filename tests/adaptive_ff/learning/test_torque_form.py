@@ -3,7 +3,7 @@ import math
 
 import numpy as np
 import pytest
-from closed_loops import SCENARIO, course_along, drive
+from closed_loops import SCENARIO, drive, setup_along
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import quad
@@ -41,8 +41,8 @@ HOLD = 8.0  # time constants of the filters: what is left of a false sample is t
 
 def log_of_a_run(reference, bandwidth):
     """Torque over each period of 1 ms and velocity at its end, without noise."""
-    course = course_along(reference, joint=FINE, substeps=10, limit=None)
-    record, _ = drive(PI(*pi_gains(FINE.inertia, bandwidth), 1e-3), course)
+    setup = setup_along(reference, joint=FINE, substeps=10, limit=None)
+    record, _ = drive(PI(*pi_gains(FINE.inertia, bandwidth), 1e-3), setup)
     return record.torque[:-1], record.measured[1:], record.measured[0]
 
 

@@ -6,7 +6,7 @@ from dataclasses import asdict
 
 import numpy as np
 import pytest
-from closed_loops import SCENARIO, course_along, drive, lay_course, make
+from closed_loops import SCENARIO, build_setup, drive, make, setup_along
 
 from adaptive_ff import PER_DIRECTION, AdaptiveController, simulate
 from adaptive_ff.adaptive.diagnosis import WARNINGS, Code
@@ -38,13 +38,13 @@ def test_it_says_what_the_controller_estimates_and_how_surely(worked):
 
 
 def test_asking_changes_nothing_and_is_possible_at_any_time():
-    controller, course = make("adaptive"), lay_course(SCENARIO.modified(duration=3.0))
-    for k, first in enumerate(course.samples[:-1]):
+    controller, setup = make("adaptive"), build_setup(SCENARIO.modified(duration=3.0))
+    for k, first in enumerate(setup.samples[:-1]):
         if k % 30 == 0:
             before = controller.state_to_json()
             sentences(controller.diagnose())
             assert controller.state_to_json() == before
-        controller.step(course.reference[first], course.reference[first] + course.noise[k])
+        controller.step(setup.reference[first], setup.reference[first] + setup.noise[k])
 
 
 def test_a_new_controller_knows_nothing():
@@ -88,7 +88,7 @@ def test_it_says_that_nothing_moved_or_that_it_holds_its_estimates():
 
 def test_a_weight_is_not_known_without_a_position(worked):
     controller = make("adaptive")
-    drive(controller, course_along(SCENARIO.modified(duration=10.0).reference_velocity(), substeps=10, noise=0.002))
+    drive(controller, setup_along(SCENARIO.modified(duration=10.0).reference_velocity(), substeps=10, noise=0.002))
     assert Code.NO_POSITION in controller.diagnose().codes
     assert Code.NO_POSITION not in worked.diagnose().codes
 
@@ -125,7 +125,7 @@ def test_every_code_has_a_sentence_and_every_finding_can_be_put_into_words(worke
 
 def test_friction_per_direction_has_its_rows_and_all_can_be_saved_as_json():
     controller = plain(parameters=PER_DIRECTION, torque_limit=400.0, position_hats=3)
-    drive(controller, lay_course(SCENARIO.modified(duration=10.0)))
+    drive(controller, build_setup(SCENARIO.modified(duration=10.0)))
     found = controller.diagnose()
     assert "stiction_asymmetry, N m" in str(found)
     saved = json.loads(json.dumps(asdict(found), default=np.ndarray.tolist))

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from adaptive_ff.scenario.series import BLOCK, size_and_lost_share
+from adaptive_ff.scenario.series import CHUNK, size_and_lost_fraction
 from adaptive_ff.scenario.tables import Sampling
 
 
@@ -17,17 +17,17 @@ def lost_by_interpolation(series, steps):
 
 @pytest.mark.parametrize("period", [0.001, 0.002, 0.01, 0.3])
 @pytest.mark.parametrize("jitter", [0.0, 0.9])
-@pytest.mark.parametrize("length", [3.0, 1.2e-3 * BLOCK])
-def test_size_and_lost_share_are_those_of_an_interpolation(period, jitter, length):
+@pytest.mark.parametrize("length", [3.0, 1.2e-3 * CHUNK])
+def test_size_and_lost_fraction_are_those_of_an_interpolation(period, jitter, length):
     steps = Sampling(period=period, jitter=jitter).steps(length, 0.001)
     series = np.random.default_rng(1).standard_normal(steps[-1] + 1).cumsum() + 5.0
-    size, lost = size_and_lost_share(series, steps)
+    size, lost = size_and_lost_fraction(series, steps)
     assert size == pytest.approx(math.sqrt(np.mean(series**2)), rel=1e-12)
     assert lost == pytest.approx(lost_by_interpolation(series, steps), rel=1e-9, abs=1e-15)
 
 
 def test_straight_line_loses_nothing_and_a_wave_that_is_zero_at_every_sample_all():
     steps = 10 * np.arange(41)
-    assert size_and_lost_share(0.5 * np.arange(401.0), steps)[1] < 1e-15
-    assert size_and_lost_share(np.sin(0.1 * math.pi * np.arange(401)), steps)[1] == pytest.approx(1.0, rel=1e-12)
-    assert size_and_lost_share(np.zeros(401), steps) == (0.0, 0.0)
+    assert size_and_lost_fraction(0.5 * np.arange(401.0), steps)[1] < 1e-15
+    assert size_and_lost_fraction(np.sin(0.1 * math.pi * np.arange(401)), steps)[1] == pytest.approx(1.0, rel=1e-12)
+    assert size_and_lost_fraction(np.zeros(401), steps) == (0.0, 0.0)

@@ -5,14 +5,14 @@ import math
 import numpy as np
 import pytest
 
-from adaptive_ff.scenario.series import BLOCK
+from adaptive_ff.scenario.series import CHUNK
 from adaptive_ff.scenario.sines import add_sine, sum_of_sines
 
 OMEGAS = 2.0 * math.pi * np.array([0.01, 0.23, 1.0])
 PHASES, WEIGHTS = np.array([0.3, 6.1, 2.5]), np.array([1.0, -0.4, 0.25])
 
 
-@pytest.mark.parametrize("size", [1, 2, 3, 60001, BLOCK + 700])
+@pytest.mark.parametrize("size", [1, 2, 3, 60001, CHUNK + 700])
 def test_sum_is_that_of_the_sines_of_the_whole_grid(size):
     time = 0.001 * np.arange(size)
     angles = OMEGAS[:, None] * time + PHASES[:, None]

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from closed_loops import SCENARIO, lay_course
+from closed_loops import SCENARIO, build_setup
 from nightly import sampled
 from unequal_joint import EQUAL, Unequal, rms, unequal_loop
 
@@ -25,39 +25,39 @@ def oracle(delay, joint=EQUAL):
 
 
 @pytest.fixture(scope="module")
-def course():
-    return lay_course(SCENARIO.modified(seed=103, duration=40.0))
+def setup():
+    return build_setup(SCENARIO.modified(seed=103, duration=40.0))
 
 
 @pytest.fixture(scope="module")
-def short_course():
-    return lay_course(SCENARIO.modified(seed=104, duration=5.0))
+def short_setup():
+    return build_setup(SCENARIO.modified(seed=104, duration=5.0))
 
 
-def error(controller, course, delay, joint=EQUAL):
-    return rms(unequal_loop(controller, course, joint, delay=delay)[0], 15.0)
+def error(controller, setup, delay, joint=EQUAL):
+    return rms(unequal_loop(controller, setup, joint, delay=delay)[0], 15.0)
 
 
-def test_feedforward_that_knows_the_delay_is_better_than_one_that_does_not_and_than_none(course):
-    assumed = error(oracle(1.0), course, 1.0)
-    assert assumed < 0.7 * error(oracle(0.0), course, 1.0)
-    assert assumed < 0.15 * error(PI(*GAINS, PERIOD, delay=1.0), course, 1.0)
-    assert assumed < 1.4 * error(oracle(0.0), course, 0.0)
+def test_feedforward_that_knows_the_delay_is_better_than_one_that_does_not_and_than_none(setup):
+    assumed = error(oracle(1.0), setup, 1.0)
+    assert assumed < 0.7 * error(oracle(0.0), setup, 1.0)
+    assert assumed < 0.15 * error(PI(*GAINS, PERIOD, delay=1.0), setup, 1.0)
+    assert assumed < 1.4 * error(oracle(0.0), setup, 0.0)
 
 
 @pytest.mark.parametrize("delay", sampled((0.5, 1.0, 1.5), (1.5,)))
-def test_adaptive_controller_that_knows_the_delay_is_about_as_good_as_the_oracle(course, delay):
-    expected = error(oracle(delay), course, delay)
-    informed = error(adaptive(delay), course, delay)
+def test_adaptive_controller_that_knows_the_delay_is_about_as_good_as_the_oracle(setup, delay):
+    expected = error(oracle(delay), setup, delay)
+    informed = error(adaptive(delay), setup, delay)
     assert informed < 1.15 * expected
-    assert error(adaptive(0.0), course, delay) > 1.15 * informed  # a longer lag makes up for a part of the delay
+    assert error(adaptive(0.0), setup, delay) > 1.15 * informed  # a longer lag makes up for a part of the delay
 
 
-def test_adaptive_controller_finds_unequal_directions_behind_a_delay(course):
+def test_adaptive_controller_finds_unequal_directions_behind_a_delay(setup):
     joint = Unequal()
-    expected = error(oracle(1.0, joint), course, 1.0, joint)
+    expected = error(oracle(1.0, joint), setup, 1.0, joint)
     controller = adaptive(1.0, PER_DIRECTION)
-    assert error(controller, course, 1.0, joint) < 1.15 * expected
+    assert error(controller, setup, 1.0, joint) < 1.15 * expected
     assert controller.estimates["offset"] == pytest.approx(joint.model.offset, abs=2.0)
     assert controller.estimates["friction_lag"] == pytest.approx(0.02, abs=0.004)
 
@@ -73,27 +73,27 @@ controllers = pytest.mark.parametrize("make", MAKERS.values(), ids=MAKERS)
 
 @controllers
 @pytest.mark.parametrize("delay", [0.0, 1.0, 1.5])
-def test_torque_that_is_not_told_is_taken_as_what_was_asked_for_in_that_period(make, delay, short_course):
-    _, assumed = unequal_loop(make(delay), short_course, delay=delay, limit=np.inf)
-    _, untold = unequal_loop(make(delay), short_course, delay=delay, limit=np.inf, tell=False)
+def test_torque_that_is_not_told_is_taken_as_what_was_asked_for_in_that_period(make, delay, short_setup):
+    _, assumed = unequal_loop(make(delay), short_setup, delay=delay, limit=np.inf)
+    _, untold = unequal_loop(make(delay), short_setup, delay=delay, limit=np.inf, tell=False)
     assert untold == pytest.approx(assumed, abs=1e-3)  # rounding, amplified by a large covariance at the start
 
 
 @controllers
 @pytest.mark.parametrize("delay", [0.0, 1.0, 1.5])
-def test_load_that_is_told_for_when_the_drive_acts_changes_no_motion(make, delay, short_course):
-    load = 30.0 * np.sin(0.05 * np.arange(short_course.noise.size))
-    free, free_torques = unequal_loop(make(delay), short_course, delay=delay, limit=np.inf)
-    loaded, torques = unequal_loop(make(delay), short_course, delay=delay, limit=np.inf, known=load)
+def test_load_that_is_told_for_when_the_drive_acts_changes_no_motion(make, delay, short_setup):
+    load = 30.0 * np.sin(0.05 * np.arange(short_setup.noise.size))
+    free, free_torques = unequal_loop(make(delay), short_setup, delay=delay, limit=np.inf)
+    loaded, torques = unequal_loop(make(delay), short_setup, delay=delay, limit=np.inf, known=load)
     assert loaded == pytest.approx(free, abs=1e-6)
     assert torques - load == pytest.approx(free_torques, abs=1e-2)
 
 
 @controllers
-def test_compiled_equals_plain_and_a_saved_state_goes_on(make, short_course):
-    _, expected = unequal_loop(make(1.5).run_uncompiled(), short_course, delay=1.5)
+def test_compiled_equals_plain_and_a_saved_state_goes_on(make, short_setup):
+    _, expected = unequal_loop(make(1.5).run_uncompiled(), short_setup, delay=1.5)
     controller = make(1.5)
-    _, found = unequal_loop(controller, short_course, delay=1.5)
+    _, found = unequal_loop(controller, short_setup, delay=1.5)
     assert found == pytest.approx(expected, rel=1e-12)
     other = make(1.5)
     other.state_from_json(controller.state_to_json())
@@ -116,8 +116,8 @@ class Twins:
 
 
 @pytest.mark.parametrize("delay", sampled((1.0, 1.5), (1.5,)))
-def test_learning_does_not_make_the_torque_jump_behind_a_delay(delay, short_course):
+def test_learning_does_not_make_the_torque_jump_behind_a_delay(delay, short_setup):
     twins = Twins(delay)
-    unequal_loop(twins, short_course, delay=delay)
+    unequal_loop(twins, short_setup, delay=delay)
     assert twins.torques[0] == pytest.approx(twins.torques[1], abs=1.0)
     assert abs(twins.torques[0]) > 10.0

@@ -8,7 +8,7 @@ from closed_loops import SCENARIO, drive, make
 
 from adaptive_ff import compare, simulate
 from adaptive_ff.comparison.own import own_controller
-from adaptive_ff.simulation.experiment import empty_record, lay_course
+from adaptive_ff.simulation.experiment import build_setup, empty_record
 from adaptive_ff.simulation.loop import run_compiled, run_controller, run_in_memory, run_plain, start_position
 from plant import Actuator, Joint, ripple_torque
 
@@ -26,23 +26,23 @@ class Script:
         return next(self.torques)
 
 
-def run_script(course, torques):
+def run_script(setup, torques):
     """Run a list of torques; return the record and what the controller heard of the drive."""
-    script, record = Script(torques), empty_record(course, 0)
-    run_plain(own_controller(script), None, course, start_position(course), course.noise.size, record)
+    script, record = Script(torques), empty_record(setup, 0)
+    run_plain(own_controller(script), None, setup, start_position(setup), setup.noise.size, record)
     return record, script.reported
 
 
 def delayed(steps, samples=40):
-    """Course of the built-in joint at 100 Hz with a delay in solver steps."""
-    return lay_course(SCENARIO.modified(duration=samples / 100))._replace(delay=steps)
+    """Run set-up of the built-in joint at 100 Hz with a delay in solver steps."""
+    return build_setup(SCENARIO.modified(duration=samples / 100))._replace(delay=steps)
 
 
 @pytest.mark.parametrize("steps", [0, 3, 10, 17, 25])
 def test_a_command_acts_from_the_delay_on_until_the_next_one_does(steps):
     torques = 300.0 * np.sin(np.arange(40.0))
-    course = delayed(steps)
-    record, reported = run_script(course, torques)
+    setup = delayed(steps)
+    record, reported = run_script(setup, torques)
     held = np.concatenate([np.zeros(steps), np.repeat(torques, 10)])[:400]
     joint = Joint(SCENARIO.joint)
     expected = [0.0, *(joint.step(torque, 0.001) for torque in held)]
@@ -55,33 +55,33 @@ def test_a_command_acts_from_the_delay_on_until_the_next_one_does(steps):
 
 @pytest.mark.parametrize("name", ["pi", "fixed"])
 def test_step_that_is_part_of_the_loop_gives_what_one_in_memory_gives_to_the_bit(name):
-    course = lay_course(SHORT.modified(sampling={"period": 0.001}))
-    start, count, inlined, called = start_position(course), course.noise.size, make(name), make(name)
-    own, other = empty_record(course, 0), empty_record(course, 0)
-    reached = run_controller(inlined, course, start, count, own)
-    assert reached == run_in_memory(called.native, 0, course, start, count, other)[1]
+    setup = build_setup(SHORT.modified(sampling={"period": 0.001}))
+    start, count, inlined, called = start_position(setup), setup.noise.size, make(name), make(name)
+    own, other = empty_record(setup, 0), empty_record(setup, 0)
+    reached = run_controller(inlined, setup, start, count, own)
+    assert reached == run_in_memory(called.native, 0, setup, start, count, other)[1]
     assert inlined.state == called.state
     assert all(map(np.array_equal, own, other))
 
 
 @pytest.mark.parametrize("part", [1, 7])
 def test_parts_of_a_delayed_run_make_no_difference(part):
-    course = delayed(17)._replace(noise=0.01 * np.cos(np.arange(40.0)))
-    whole, pieces = empty_record(course, 0), empty_record(course, 0)
+    setup = delayed(17)._replace(noise=0.01 * np.cos(np.arange(40.0)))
+    whole, pieces = empty_record(setup, 0), empty_record(setup, 0)
     block = make("pi")
-    run_compiled(block.parameters, block.state, course, start_position(course), 40, whole)
-    state, position = block.state, start_position(course)
+    run_compiled(block.parameters, block.state, setup, start_position(setup), 40, whole)
+    state, position = block.state, start_position(setup)
     while position.sample < 40:
         stop = min(position.sample + part, 40)
-        state, position = run_compiled(block.parameters, state, course, position, stop, pieces)
+        state, position = run_compiled(block.parameters, state, setup, position, stop, pieces)
     assert np.array_equal(whole.velocity, pieces.velocity)
     assert np.ptp(whole.velocity) > 0.01
 
 
 def test_ripple_moves_the_joint_and_is_not_reported():
     actuator = Actuator(ripple_amplitude=40.0, ripple_period=0.01)
-    course = lay_course(SCENARIO.modified(duration=1.0, actuator={"ripple_amplitude": 40.0, "ripple_period": 0.01}))
-    record, _ = run_script(course, [200.0] * 100)
+    setup = build_setup(SCENARIO.modified(duration=1.0, actuator={"ripple_amplitude": 40.0, "ripple_period": 0.01}))
+    record, _ = run_script(setup, [200.0] * 100)
     assert np.array_equal(record.torque, [200.0] * 100)
     joint, expected = Joint(SCENARIO.joint), [0.0]
     for _ in range(1000):
@@ -90,8 +90,8 @@ def test_ripple_moves_the_joint_and_is_not_reported():
 
 
 def test_rate_limit_and_resolution_shape_what_the_joint_gets():
-    course = lay_course(SCENARIO.modified(duration=0.1, actuator={"rate_limit": 1000.0, "torque_resolution": 4.0}))
-    record, _ = run_script(course, [30.0] * 5 + [-30.0] * 5)
+    setup = build_setup(SCENARIO.modified(duration=0.1, actuator={"rate_limit": 1000.0, "torque_resolution": 4.0}))
+    record, _ = run_script(setup, [30.0] * 5 + [-30.0] * 5)
     assert record.torque.tolist() == [12.0, 24.0, 32.0, 32.0, 32.0, 24.0, 16.0, 8.0, 0.0, -8.0]
 
 
@@ -214,9 +214,9 @@ def test_loop_serves_its_compiled_and_plain_form_alike_with_everything_at_once()
         },
         change=[{"time": 1.0, "friction_scale": 0.7, "load": 10.0}],
     )
-    course, controller, other = lay_course(scenario), make("adaptive", scenario), make("adaptive", scenario)
-    plain, _ = drive(controller, course, run=run_plain)
-    fast, _ = drive(other, course)
+    setup, controller, other = build_setup(scenario), make("adaptive", scenario), make("adaptive", scenario)
+    plain, _ = drive(controller, setup, run=run_plain)
+    fast, _ = drive(other, setup)
     assert np.array_equal(plain.torque, fast.torque)
     assert np.array_equal(plain.velocity, fast.velocity)
     assert np.ptp(fast.velocity) > 0.1
@@ -225,9 +225,9 @@ def test_loop_serves_its_compiled_and_plain_form_alike_with_everything_at_once()
 def test_a_sensor_that_ripples_shows_it_in_velocity_and_position_alike():
     ripple = {"ripple_amplitude": 1e-4, "ripple_period": 0.02}
     scenario = SHORT.modified(duration=2.0, sensor={"velocity_noise": 0.0, **ripple})
-    course = lay_course(scenario)
-    record, _ = drive(make("pi"), course)
-    velocity, position = (series[course.samples[:-1]] for series in (record.velocity, record.position))
+    setup = build_setup(scenario)
+    record, _ = drive(make("pi"), setup)
+    velocity, position = (series[setup.samples[:-1]] for series in (record.velocity, record.position))
     expected = velocity * (1.0 + 1e-4 * 100.0 * np.pi * np.cos(100.0 * np.pi * position))
     assert record.measured == pytest.approx(expected, abs=1e-12)
     assert np.max(np.abs(record.measured - velocity)) > 0.02 * np.max(np.abs(velocity))
@@ -236,9 +236,9 @@ def test_a_sensor_that_ripples_shows_it_in_velocity_and_position_alike():
         sensor={"velocity_noise": 0.0, "encoder_resolution": 1e-7, **ripple},
         velocity={"method": "difference"},
     )
-    course = lay_course(encoder)
-    record, _ = drive(make("pi", encoder), course)
-    position = record.position[course.samples[:-1]]
+    setup = build_setup(encoder)
+    record, _ = drive(make("pi", encoder), setup)
+    position = record.position[setup.samples[:-1]]
     angle = position + 1e-4 * np.sin(100.0 * np.pi * position)
     assert record.measured[1:] == pytest.approx(np.diff(angle) / encoder.sampling.period, abs=2e-5)
 
@@ -257,9 +257,9 @@ def test_delay_between_two_solver_steps_is_refused():
 
 def test_a_record_without_place_for_monitors_is_not_written_beyond():
     """Compiled code checks no bounds: such a row would be written past its end."""
-    course, controller = lay_course(SHORT.modified(duration=2.0)), make("adaptive")
+    setup, controller = build_setup(SHORT.modified(duration=2.0)), make("adaptive")
     assert controller.monitor_names
-    behind = np.full((course.noise.size + 1, 3), 7.0)
-    record = empty_record(course, len(controller.estimate_names))._replace(monitors=behind[:-1, :0])
-    run_compiled(controller.parameters, controller.state, course, start_position(course), course.noise.size, record)
+    behind = np.full((setup.noise.size + 1, 3), 7.0)
+    record = empty_record(setup, len(controller.estimate_names))._replace(monitors=behind[:-1, :0])
+    run_compiled(controller.parameters, controller.state, setup, start_position(setup), setup.noise.size, record)
     assert np.all(behind == 7.0)

@@ -177,13 +177,13 @@ def test_own_controller_is_run_on_every_joint_and_summed_up():
 
 def test_rival_of_the_package_is_run_on_every_joint_and_kept(tmp_path):
     with ThreadPoolExecutor(1) as executor:
-        found = sweep(SHORT, 2, seed=5, rivals=["pi_inertia", "pi"], folder=tmp_path, executor=executor)
-        assert sweep(SHORT, 2, seed=5, rivals=["pi_inertia"], folder=tmp_path, executor=executor) == found
+        found = sweep(SHORT, 2, seed=5, further=["pi_inertia", "pi"], folder=tmp_path, executor=executor)
+        assert sweep(SHORT, 2, seed=5, further=["pi_inertia"], folder=tmp_path, executor=executor) == found
     alone = simulate(draw_scenario(SHORT, 5, 1), "pi_inertia")
     assert found[1].metrics["pi_inertia"] == alone.metrics
     assert list(summary(found, 5)["own"]) == ["pi_inertia"]
     with pytest.raises(InputError, match="'pid' is not known; there are pi, "):
-        sweep(SHORT, 2, rivals=["pid"])
+        sweep(SHORT, 2, further=["pid"])
 
 
 def test_interrupted_sweep_goes_on_where_it_stopped(tmp_path, monkeypatch, outcomes):

@@ -28,7 +28,7 @@ from adaptive_ff.studies.matrix import (
 from adaptive_ff.studies.ranking import (
     GROUPS,
     KNOW_THE_TRUTH,
-    best_rival,
+    best_other,
     collect,
     grouped,
     outcome,
@@ -246,7 +246,7 @@ def made_up(**errors):
 def test_ranking_names_the_best_of_the_others_and_shows_a_loss_as_a_loss():
     lines = {"oracle": (1, 1), "oracle_tuned": (1, 1), "noise_floor": (0.5, 0.5), "coulomb_true": (1, 1)}
     cells = collect(made_up(pi=(8, 8), adaptive=(2, 4), good=(2, 2), bad=(9, 9), **lines))
-    assert best_rival(cells["made_up"]) == "good"
+    assert best_other(cells["made_up"]) == "good"
     word, ratio = outcome(cells["made_up"])
     assert (word, ratio) == ("lost", 0.75)  # the median of 1 and 0.5
     (group, row) = ranking_table(cells, "").rows

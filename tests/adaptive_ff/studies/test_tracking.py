@@ -5,14 +5,14 @@ import pytest
 
 from adaptive_ff import load_scenario, simulate
 from adaptive_ff.simulation.metrics import rms
-from adaptive_ff.studies.tracking import noisy_courses, run_errors, track_scenario
+from adaptive_ff.studies.tracking import noisy_setups, run_errors, track_scenario
 
 SCENARIO = load_scenario().modified(duration=23.0, change=[{"time": 11.0, "load": 30.0}])
 
 
 def test_errors_are_roots_of_mean_squares_over_draws():
     found = track_scenario(SCENARIO, ["oracle"], draws=3)["oracle"]
-    runs = [simulate(SCENARIO, "oracle", course=course) for course in noisy_courses(SCENARIO, 3)]
+    runs = [simulate(SCENARIO, "oracle", setup=setup) for setup in noisy_setups(SCENARIO, 3)]
     joined = np.array([run.reference - run.velocity for run in runs])
     assert found["error"] == pytest.approx(rms(joined[:, 17_000:]), rel=1e-12)
 
@@ -25,16 +25,16 @@ def test_behind_a_position_loop_the_error_is_that_of_the_position():
 
 
 def test_first_draw_is_the_scenario_itself_and_the_others_differ_in_noise_alone():
-    own, *others = noisy_courses(SCENARIO, 3)
+    own, *others = noisy_setups(SCENARIO, 3)
     assert np.array_equal(own.noise, SCENARIO.noise())
-    assert all(np.array_equal(course.reference, own.reference) for course in others)
-    noises = np.array([own.noise, *(course.noise for course in others)])
+    assert all(np.array_equal(setup.reference, own.reference) for setup in others)
+    noises = np.array([own.noise, *(setup.noise for setup in others)])
     assert np.std(noises, axis=1) == pytest.approx(0.002, rel=0.05)
     assert np.max(np.abs(np.corrcoef(noises) - np.eye(3))) < 0.1
 
 
 def test_without_noise_there_is_one_draw():
-    assert len(list(noisy_courses(SCENARIO.modified(sensor={"velocity_noise": 0.0}), 5))) == 1
+    assert len(list(noisy_setups(SCENARIO.modified(sensor={"velocity_noise": 0.0}), 5))) == 1
 
 
 def test_pi_against_itself_is_one_everywhere_and_a_better_controller_is_better():

@@ -32,11 +32,11 @@ SANITIZED = """
 from adaptive_ff import load_scenario
 from adaptive_ff.comparison.registry import make_controller
 from adaptive_ff.comparison.running import drive_over
-from adaptive_ff.simulation.experiment import lay_course
+from adaptive_ff.simulation.experiment import build_setup
 scenario = load_scenario().modified(duration=3.0)
 for name in {names}:
     controller = make_controller(scenario, name)
-    drive_over(controller, lay_course(scenario))
+    drive_over(controller, build_setup(scenario))
     controller.step(0.1, 0.1)
 print("silent")
 """
