@@ -27,8 +27,8 @@ class Guard:
     tolerance: Annotated[
         list[str] | None,
         typer.Option(
-            help="How much worse figures may be: 5% (the default) or 0.05 for all; METRIC=10%, CONTROLLER=2% or "
-            "CONTROLLER.METRIC=20% for some. May be given several times."
+            help="How much worse figures may be: 5% (the default; with --seeds what they explain) or 0.05 for "
+            "all; METRIC=10%, CONTROLLER=2% or CONTROLLER.METRIC=20% for some. May be given several times."
         ),
     ] = None
     guard: Annotated[
@@ -37,12 +37,17 @@ class Guard:
     ] = None
     metric: Annotated[list[str] | None, typer.Option(help="Figure to guard, such as rms_error_settled; all.")] = None
 
-    def gate(self, scenario: "Scenario") -> Gate | None:
+    across: Annotated[
+        list[str] | None,
+        typer.Option(help="What may differ from the scenario of the baseline: gains, all of [feedback]."),
+    ] = None
+
+    def gate(self, scenario: "Scenario", seeds: int) -> Gate | None:
         """Return the gate, checked; None without a baseline."""
         if self.baseline is not None:
-            return Gate(self.baseline, scenario, self.tolerance, self.guard, self.metric)
-        if self.tolerance or self.guard or self.metric:
-            raise InputError("--tolerance, --guard and --metric need a --baseline to compare with")
+            return Gate(self.baseline, scenario, self.tolerance, self.guard, self.metric, self.across, seeds)
+        if self.tolerance or self.guard or self.metric or self.across:
+            raise InputError("--tolerance, --guard, --metric and --across need a --baseline to compare with")
         return None
 
 
@@ -65,6 +70,15 @@ def compare_command(
             "kept up to two million solver steps; 1 for all of a longer run.",
         ),
     ] = None,
+    seeds: Annotated[
+        int,
+        typer.Option(
+            min=1,
+            max=100,
+            help="Number of seeds, from the scenario's on: a gate then compares means, and by default tolerates what "
+            "their scatter explains. Tables and pictures are of the first.",
+        ),
+    ] = 1,
     guard: Guard = Guard(),  # noqa: B008 - the defaults of the options
     output: ViewerOutput = ViewerOutput(),  # noqa: B008
 ) -> int:
@@ -85,7 +99,7 @@ def compare_command(
     loaded = load_scenario(scenario, reference=reference)
     if controller:
         loaded = loaded.modified(controllers=controller)
-    gate, source = guard.gate(loaded), scenario or "built-in scenario"
+    gate, source = guard.gate(loaded, seeds), scenario or "built-in scenario"
     if loaded.feedback.is_auto and not SETTINGS.quiet:
         error_console().print("Looking for the bandwidth that suits each controller.")
     _check_controllers(loaded, mine, str(source))
@@ -93,7 +107,7 @@ def compare_command(
     with output.results() as results:
         try:
             with bars(*loaded.controllers, *mine) as done:
-                comparison = compare(loaded, own=mine, progress=done, thin=thin)
+                comparison = compare(loaded, own=mine, progress=done, thin=thin, seeds=seeds)
         except ArithmeticError as error:
             raise InputError(f"{source}: the simulation fails: {error}") from error
         for name, run in comparison.runs.items():

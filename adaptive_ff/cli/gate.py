@@ -22,8 +22,10 @@ class Gate:
         The baseline.
     scenario : Scenario
         The scenario that is to be run.
-    tolerance, controllers, metrics : list of str or None
-        What ``--tolerance``, ``--guard`` and ``--metric`` were given.
+    tolerance, controllers, metrics, across : list of str or None
+        What ``--tolerance``, ``--guard``, ``--metric`` and ``--across`` were given.
+    seeds : int, optional
+        Number of seeds that are run.
 
     Raises
     ------
@@ -38,28 +40,40 @@ class Gate:
         tolerance: list[str] | None,
         controllers: list[str] | None,
         metrics: list[str] | None,
+        across: list[str] | None,
+        seeds: int = 1,
     ) -> None:
         from adaptive_ff.comparison.baseline import check_same_scenario, read_baseline
-        from adaptive_ff.comparison.gate import Tolerances, guarded_controllers, guarded_metrics
+        from adaptive_ff.comparison.gate import Tolerances, check_same_seeds, guarded_controllers, guarded_metrics
 
-        self._path, self._baseline = path, read_baseline(path)
-        check_same_scenario(scenario, self._baseline, str(path))
+        self._path, self._baseline, self._across = path, read_baseline(path), across or []
+        check_same_scenario(scenario, self._baseline, str(path), self._across)
+        check_same_seeds(self._baseline, seeds)
         self._tolerance = _by_name(tolerance or [])
         Tolerances(self._tolerance, self._baseline["controllers"])
         self._chosen, self._controllers = controllers, guarded_controllers(self._baseline, controllers)
         self._metrics = guarded_metrics(self._baseline, metrics)
 
     def judge(self, comparison: "Comparison") -> int:
-        """Print what got worse, or that nothing did, and return the exit status."""
+        """Print what got worse, or that nothing did, and what is guarded; return the exit status."""
         from adaptive_ff.comparison.gate import regressions
 
-        options = {"controllers": self._chosen, "metrics": self._metrics}
-        worse = regressions(comparison, self._baseline, self._tolerance, **options)
+        worse = regressions(
+            comparison,
+            self._baseline,
+            self._tolerance,
+            controllers=self._chosen,
+            metrics=self._metrics,
+            across=self._across,
+        )
         for sentence in worse:
             error_console().print(f"worse than {self._path}: {sentence}", markup=False)
         if not worse:
-            figures = f"{len(self._metrics)} figures of {', '.join(self._controllers)}"
-            Printer().say(f"Nothing is worse than in {self._path}, within the tolerances: {figures}")
+            Printer().say(f"Nothing is worse than in {self._path}, within the tolerances.")
+        free = [name for name in comparison.runs if name not in self._controllers]
+        others = f"; not guarded: {', '.join(free)} (--guard NAME)" if free else ""
+        figures = f"{len(self._metrics)} figures of {', '.join(self._controllers)}"
+        Printer().say(f"Guarded: {figures}{others}")
         return WORSE if worse else 0
 
 

@@ -2,7 +2,7 @@
 
 import json
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +15,9 @@ GATED = (*METRIC_UNITS, *POSITION_UNITS)
 
 NOT_COMPARED = ("controllers", "sweep")
 """Fields of a scenario that do not change the run of a controller."""
+
+ACROSS = {"gains": "feedback"}
+"""What a baseline may differ in on demand, and the table of the scenario that says it."""
 
 MOST_SHOWN = 6
 """Most differing fields that a message names."""
@@ -53,18 +56,28 @@ def read_baseline(path: str | Path) -> dict[str, Any]:
     return content
 
 
-def scenario_differences(scenario: Scenario, baseline: Mapping[str, Any]) -> list[str]:
+def scenario_differences(scenario: Scenario, baseline: Mapping[str, Any], across: Iterable[str] = ()) -> list[str]:
     """Return in which fields the scenario of a baseline differs from a scenario, a phrase each.
 
     A field that the baseline does not have, because an earlier version wrote it, counts as its default. Of the path of
-    a recorded reference only the name of the file counts, so that a baseline may move between machines.
+    a recorded reference only the name of the file counts, so that a baseline may move between machines. What is named
+    in ``across``, of :data:`ACROSS`, may differ.
+
+    Raises
+    ------
+    InputError
+        There is no such thing that may differ.
     """
+    for name in across:
+        if name not in ACROSS:
+            raise InputError(f"across = {name!r} is not known; there are {', '.join(ACROSS)}")
+    ignored = (*NOT_COMPARED, *(ACROSS[name] for name in across))
     there = dict(_leaves(baseline["scenario"]))
     here = dict(_leaves(scenario.model_dump(mode="json", exclude_none=True)))
     chosen = dict(_leaves(scenario.model_dump(mode="json", exclude_none=True, exclude_defaults=True)))
     found = []
     for name in dict.fromkeys([*here, *there]):
-        if name.partition(".")[0] in NOT_COMPARED or (name not in there and name not in chosen):
+        if name.partition(".")[0] in ignored or (name not in there and name not in chosen):
             continue
         old, new = there.get(name), here.get(name)
         if name == "reference.path" and isinstance(old, str) and isinstance(new, str):
@@ -74,7 +87,7 @@ def scenario_differences(scenario: Scenario, baseline: Mapping[str, Any]) -> lis
     return found
 
 
-def check_same_scenario(scenario: Scenario, baseline: Mapping[str, Any], name: str) -> None:
+def check_same_scenario(scenario: Scenario, baseline: Mapping[str, Any], name: str, across: Iterable[str] = ()) -> None:
     """Refuse a baseline of another scenario.
 
     Parameters
@@ -85,18 +98,20 @@ def check_same_scenario(scenario: Scenario, baseline: Mapping[str, Any], name: s
         The earlier result.
     name : str
         What the baseline is called in the message.
+    across : iterable of str, optional
+        What may differ, see :data:`ACROSS`.
 
     Raises
     ------
     InputError
         The baseline is of another scenario; the message names the fields that differ.
     """
-    found = scenario_differences(scenario, baseline)
+    found = scenario_differences(scenario, baseline, across)
     if found:
         more = f" and {len(found) - MOST_SHOWN} more fields differ" if len(found) > MOST_SHOWN else ""
         raise InputError(
             f"{name}: is of another scenario: {'; '.join(found[:MOST_SHOWN])}{more}; run the scenario that it was "
-            "made with, or make a new baseline"
+            "made with, make a new baseline, or compare across gains where only [feedback] differs"
         )
 
 

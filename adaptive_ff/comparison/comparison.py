@@ -1,8 +1,10 @@
 """All controllers of a scenario side by side."""
 
+import copy
 import math
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -25,6 +27,9 @@ ORACLE = "oracle"
 NO_GAIN = 0.95
 """Settled error of the oracle over that of the baseline beyond which feedforward gains nothing."""
 
+MOST_SEEDS = 100
+"""Most seeds of a comparison."""
+
 BASELINE = "pi"
 """The controller that improvement is measured against."""
 
@@ -39,12 +44,15 @@ class Comparison(Reported):
         The scenario.
     runs : dict of Run
         A run a controller, by name.
+    by_seed : dict of dict of list of float, optional
+        Figures of merit by controller at this and further seeds, where there are any: what a gate compares.
     """
 
     _drawn_by = "plot_comparison"
 
     scenario: Scenario
     runs: dict[str, Run]
+    by_seed: dict[str, dict[str, list[float]]] = field(default_factory=dict)
 
     @property
     def improvement(self) -> dict[str, float]:
@@ -96,6 +104,7 @@ class Comparison(Reported):
             "controllers": controllers,
             "improvement": self.improvement,
             **({"bandwidths": self.bandwidths} if self.bandwidths else {}),
+            **({"by_seed": self.by_seed} if self.by_seed else {}),
         }
 
     def write(self, path: str | Path) -> None:
@@ -140,6 +149,7 @@ def compare(
     own: Mapping[str, Own] | None = None,
     progress: Callable[[str, float], None] | None = None,
     thin: int | None = None,
+    seeds: int = 1,
 ) -> Comparison:
     """Run every controller of a scenario.
 
@@ -156,6 +166,8 @@ def compare(
     thin : int, optional
         Keep one of so many samples in the series, 1 for all; for the default see
         :func:`~adaptive_ff.comparison.run.simulate`.
+    seeds : int, optional
+        Number of seeds, from the scenario's on. Series are kept of the first; the figures of all stand in ``by_seed``.
 
     Returns
     -------
@@ -169,13 +181,28 @@ def compare(
     TypeError
         The scenario, ``own`` or another argument is of another kind.
     ValueError
-        ``thin`` is less than one.
+        ``thin`` or ``seeds`` is out of range.
     """
+    if seeds not in range(1, MOST_SEEDS + 1):
+        raise ValueError(f"seeds = {seeds!r} is not allowed: it must be a whole number from 1 to {MOST_SEEDS}")
     scenario = load_scenario() if scenario is None else scenario
     check_scenario(scenario)
     check_progress(progress)
     own = {} if own is None else own
     check_own_names(own, CONTROLLERS)
+    first, *further = (
+        _runs(scenario.modified(seed=scenario.seed + place) if place else scenario, copy.deepcopy(own), each, thin)
+        for place, each in enumerate(_parts(progress, seeds))
+    )
+    figures = {name: [run.figures(), *(one[name].figures() for one in further)] for name, run in first.items()}
+    by_seed = {name: {key: [one[key] for one in listed] for key in listed[0]} for name, listed in figures.items()}
+    return Comparison(scenario, first, by_seed if seeds > 1 else {})
+
+
+def _runs(
+    scenario: Scenario, own: Mapping[str, Own], progress: Callable[[str, float], None] | None, thin: int | None
+) -> dict[str, Run]:
+    """Run every controller of a scenario at its seed."""
     names = dict.fromkeys([*scenario.controllers, *own])
     loops = {name: loop_of(scenario, name, own) for name in names}
     made = {name: make_controller(loop, name, own) for name, loop in loops.items()}
@@ -185,7 +212,17 @@ def compare(
     for name, controller in made.items():
         report = None if progress is None else _reporter(progress, name)
         runs[name] = simulate(loops[name], controller, name=name, setup=setup, progress=report, thin=thin)
-    return Comparison(scenario, runs)
+    return runs
+
+
+def _parts(progress: Callable[[str, float], None] | None, count: int) -> Iterator[Callable[[str, float], None] | None]:
+    """Yield what is called with the share of each of several runs, for one that is called with that of all."""
+    for place in range(count):
+        yield None if progress is None else partial(_part, progress, place, count)
+
+
+def _part(progress: Callable[[str, float], None], place: int, count: int, name: str, share: float) -> None:
+    progress(name, (place + share) / count)
 
 
 def _reporter(progress: Callable[[str, float], None], name: str) -> Callable[[float], None]:

@@ -5,6 +5,9 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+from scipy import stats
+
 from adaptive_ff.comparison.baseline import GATED, check_same_scenario, read_baseline
 from adaptive_ff.comparison.comparison import Comparison
 from adaptive_ff.comparison.registry import CONTROLLERS
@@ -17,6 +20,9 @@ TOLERANCE = 0.05
 
 GUARDED = frozenset({"pi", "pi_inertia", "fixed", "adaptive"})
 """Controllers of this package that are guarded where none are chosen; the others are yardsticks."""
+
+CONFIDENCE = 0.95
+"""Of the interval of a mean over seeds that is tolerated where no tolerance is given."""
 
 Fraction = float | str
 Tolerance = Fraction | Mapping[str, Fraction]
@@ -62,6 +68,8 @@ class Tolerances:
         particular one counts.
     controllers : iterable of str
         Controllers that may be named.
+    scatter : mapping, optional
+        Figures of each controller at several seeds: where no fraction is given, half the interval of their mean.
 
     Raises
     ------
@@ -69,8 +77,15 @@ class Tolerances:
         A fraction or a name is not allowed.
     """
 
-    def __init__(self, tolerance: Tolerance, controllers: Iterable[str]) -> None:
+    def __init__(
+        self,
+        tolerance: Tolerance | None,
+        controllers: Iterable[str],
+        scatter: Mapping[str, Mapping[str, list[float]]] | None = None,
+    ) -> None:
+        self._scatter = scatter or {}
         given = dict(tolerance) if isinstance(tolerance, Mapping) else {"default": tolerance}
+        given = {key: value for key, value in given.items() if value is not None}
         names = list(controllers)
         allowed = {"default", *GATED, *names, *(f"{name}.{metric}" for name in names for metric in GATED)}
         for key in given:
@@ -89,7 +104,11 @@ class Tolerances:
         for key in (f"{controller}.{metric}", metric, controller, "default"):
             if key in self._shares:
                 return self._shares[key]
-        return TOLERANCE
+        values = self._scatter.get(controller, {}).get(metric, [])
+        if len(values) < 2 or not any(values):
+            return TOLERANCE
+        quantile = float(stats.t.ppf(0.5 + 0.5 * CONFIDENCE, len(values) - 1))
+        return quantile * float(np.std(values, ddof=1) / np.mean(values)) / math.sqrt(len(values))
 
 
 def guarded_controllers(baseline: Mapping[str, Any], chosen: Iterable[str] | None = None) -> list[str]:
@@ -168,10 +187,11 @@ def _several(name: str, chosen: Iterable[str]) -> list[str]:
 def regressions(
     comparison: Comparison,
     baseline: Mapping[str, Any],
-    tolerance: Tolerance = TOLERANCE,
+    tolerance: Tolerance | None = None,
     *,
     controllers: Iterable[str] | None = None,
     metrics: Iterable[str] | None = None,
+    across: Iterable[str] = (),
 ) -> list[str]:
     """Return what got worse than a baseline, a sentence each; empty where nothing did.
 
@@ -183,17 +203,21 @@ def regressions(
         The earlier result, see :func:`read_baseline`.
     tolerance : float, str or mapping, optional
         How much worse a figure may be, as 0.05 or ``"5%"``; or a mapping from metrics, controllers or
-        ``CONTROLLER.METRIC`` to such fractions, with ``default`` for the others.
+        ``CONTROLLER.METRIC`` to such fractions, with ``default`` for the others. By default 5 %, of several seeds half
+        the 95 % interval of the mean of the baseline's.
     controllers : iterable of str, optional
         Which to guard; by default all of the baseline but the yardsticks of this package, and every own controller: one
         that ran and is not in the baseline is named.
     metrics : iterable of str, optional
         Which figures to guard; by default all that the baseline has.
+    across : iterable of str, optional
+        What may differ from the baseline's scenario: ``"gains"``, all of ``[feedback]``.
 
     Raises
     ------
     InputError
-        The baseline is of another scenario or lacks a figure, or a tolerance, a controller or a metric is not allowed.
+        The baseline is of another scenario or of other seeds, or lacks a figure, or a tolerance, a controller or a
+        metric is not allowed.
     TypeError
         The comparison or the baseline is none.
     """
@@ -201,11 +225,12 @@ def regressions(
     check_kind("baseline", baseline, Mapping, "what read_baseline(path) returns")
     if not {"scenario", "controllers"} <= set(baseline):
         raise InputError("baseline is not allowed: it lacks scenario or controllers; read_baseline(path) returns one")
-    check_same_scenario(comparison.scenario, baseline, "baseline")
+    check_same_scenario(comparison.scenario, baseline, "baseline", across)
     axis = comparison.scenario.joint.axis
     names, figures = guarded_controllers(baseline, controllers), guarded_metrics(baseline, metrics)
-    tolerances = Tolerances(tolerance, baseline["controllers"])
-    now = comparison.to_dict()["controllers"]
+    tolerances = Tolerances(tolerance, baseline["controllers"], baseline.get("by_seed"))
+    before, now = (mean_figures(result) for result in (baseline, comparison.to_dict()))
+    check_same_seeds(baseline, seeds_of(comparison.by_seed))
     unguarded = [name for name in now if name not in CONTROLLERS and name not in baseline["controllers"]]
     found = [] if controllers else [f"{name}: is not in the baseline, so nothing guards it" for name in unguarded]
     for name in names:
@@ -213,11 +238,30 @@ def regressions(
             found.append(f"{name}: is in the baseline, but was not run")
             continue
         for figure in figures:
-            old, new = baseline["controllers"][name][figure], now[name][figure]
+            old, new = before[name][figure], now[name][figure]
             allowed = tolerances.of(name, figure)
             if new > old * (1.0 + allowed):
-                found.append(f"{name}: {_growth(axis, figure, old, new)}, allowed {100.0 * allowed:g} %)")
+                found.append(f"{name}: {_growth(axis, figure, old, new)}, allowed {100.0 * allowed:.3g} %)")
     return found
+
+
+def mean_figures(result: Mapping[str, Any]) -> dict[str, dict[str, float]]:
+    """Return the figures of each controller of a result, over its seeds where it has several."""
+    by_seed = result.get("by_seed") or {}
+    means = {name: {key: float(np.mean(one)) for key, one in figures.items()} for name, figures in by_seed.items()}
+    return {name: means.get(name, figures) for name, figures in result["controllers"].items()}
+
+
+def check_same_seeds(baseline: Mapping[str, Any], seeds: int) -> None:
+    """Refuse a baseline of another number of seeds."""
+    there = seeds_of(baseline.get("by_seed"))
+    if there != seeds:
+        raise InputError(f"seeds = {seeds} is not allowed: the baseline is of {there}; run as many, or make a new one")
+
+
+def seeds_of(by_seed: Mapping[str, Mapping[str, list[float]]] | None) -> int:
+    """Return the number of seeds of a result by its figures at each."""
+    return max((len(one) for figures in (by_seed or {}).values() for one in figures.values()), default=1)
 
 
 def _growth(axis: str, figure: str, old: float, new: float) -> str:
@@ -231,10 +275,11 @@ def _growth(axis: str, figure: str, old: float, new: float) -> str:
 def assert_no_regression(
     comparison: Comparison,
     baseline: str | Path,
-    tolerance: Tolerance = TOLERANCE,
+    tolerance: Tolerance | None = None,
     *,
     controllers: Iterable[str] | None = None,
     metrics: Iterable[str] | None = None,
+    across: Iterable[str] = (),
 ) -> None:
     """Fail a test where tracking got worse than a stored result.
 
@@ -244,7 +289,7 @@ def assert_no_regression(
         The result now.
     baseline : str or Path
         A file that ``adaptive-ff compare --json`` or ``comparison.write`` wrote.
-    tolerance, controllers, metrics : optional
+    tolerance, controllers, metrics, across : optional
         See :func:`regressions`.
 
     Raises
@@ -258,7 +303,10 @@ def assert_no_regression(
     """
     check_kind("comparison", comparison, Comparison, "a Comparison: compare(scenario) makes one")
     earlier = read_baseline(checked_path("baseline", baseline))
-    check_same_scenario(comparison.scenario, earlier, str(baseline))
-    found = regressions(comparison, earlier, tolerance, controllers=controllers, metrics=metrics)
-    if found:
-        raise AssertionError("\n".join([f"tracking got worse than in {baseline}:", *found]))
+    check_same_scenario(comparison.scenario, earlier, str(baseline), across)
+    worst, *others = regressions(
+        comparison, earlier, tolerance, controllers=controllers, metrics=metrics, across=across
+    ) or [""]
+    if worst:
+        more = f"; and {len(others)} more" if others else ""
+        raise AssertionError("\n".join([f"tracking got worse than in {baseline}: {worst}{more}", *others]))

@@ -42,10 +42,11 @@ class TrackingBaseline:
     def check(
         self,
         comparison: "Comparison",
-        tolerance: "Tolerance" = 0.05,
+        tolerance: "Tolerance | None" = None,
         *,
         controllers: Iterable[str] | None = None,
         metrics: Iterable[str] | None = None,
+        across: Iterable[str] = (),
         name: str | None = None,
     ) -> None:
         """Fail where tracking got worse than in the stored baseline; with the option, store it anew.
@@ -54,22 +55,30 @@ class TrackingBaseline:
         ----------
         comparison : Comparison
             The result now.
-        tolerance, controllers, metrics : optional
+        tolerance, controllers, metrics, across : optional
             See ``adaptive_ff.assert_no_regression``.
         name : str, optional
             Name of the baseline, where a test checks several.
         """
         __tracebackhide__ = True
         from adaptive_ff.comparison.gate import assert_no_regression
+        from adaptive_ff.errors import InputError
 
         path = self.path if name is None else self.path.with_name(f"{self.path.stem}-{_file_name(name)}.json")
         if self._update:
             comparison.write(path)
             self._written.append(str(path))
         elif not path.exists():
-            pytest.fail(f"there is no baseline {path}; run pytest once with {OPTION}, look at it and store it")
+            pytest.fail(
+                f"there is no baseline {path}; run pytest once with {OPTION}, look at it and store it", pytrace=False
+            )
         else:
-            assert_no_regression(comparison, path, tolerance, controllers=controllers, metrics=metrics)
+            try:
+                assert_no_regression(
+                    comparison, path, tolerance, controllers=controllers, metrics=metrics, across=across
+                )
+            except (AssertionError, InputError) as error:
+                pytest.fail(str(error), pytrace=False)
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:

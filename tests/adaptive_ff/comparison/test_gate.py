@@ -2,9 +2,11 @@
 
 import json
 
+import numpy as np
 import pytest
 from command_line import refusal, run_command_line
 from scenario_files import write_scenario
+from scipy import stats
 
 from adaptive_ff import (
     Comparison,
@@ -230,11 +232,13 @@ def test_command_line_passes_and_fails(baseline, tmp_path):
     arguments = ("compare", scenario, "--out", tmp_path / "out", "--baseline", baseline)
     outcome = run_command_line(*arguments)
     assert outcome.status == 0
-    assert f"Nothing is worse than in {baseline}, within the tolerances: 6 figures of pi, fixed" in outcome.out
+    assert f"Nothing is worse than in {baseline}, within the tolerances." in outcome.out
+    assert "Guarded: 6 figures of pi, fixed; not guarded: oracle (--guard NAME)" in outcome.out
     changed(baseline, rms_error_settled=1e-6)
     outcome = run_command_line(*arguments)
     assert outcome.status == 1
     assert f"worse than {baseline}: pi: rms_error_settled grew" in outcome.err
+    assert "Guarded: 6 figures of pi, fixed; not guarded: oracle" in outcome.out
     for passing in (
         ("--tolerance", "1e9%"),
         ("--tolerance", "1%", "--tolerance", "pi.rms_error_settled=1e9%"),
@@ -242,6 +246,53 @@ def test_command_line_passes_and_fails(baseline, tmp_path):
         ("--metric", "max_error", "--metric", "rms_error"),
     ):
         assert run_command_line(*arguments, *passing).status == 0, passing
+
+
+def test_change_of_gains_is_gated_on_demand(baseline, tmp_path):
+    """A slower loop is another scenario; across gains its figures are compared, and are worse."""
+    slower = SHORT.modified(feedback={"bandwidth": 5.0})
+    scenario = write_scenario(tmp_path, slower.model_dump(mode="json", exclude_none=True))
+    arguments = ("compare", scenario, "--out", tmp_path / "out", "--baseline", baseline)
+    assert "or compare across gains where only [feedback] differs" in refusal(*arguments)
+    outcome = run_command_line(*arguments, "--across", "gains")
+    assert outcome.status == 1
+    assert f"worse than {baseline}: pi: rms_error grew" in outcome.err
+    assert regressions(compare(slower), read_baseline(baseline), "1000%", across=["gains"]) == []
+    louder = slower.modified(sensor={"velocity_noise": 0.0})
+    with pytest.raises(
+        InputError, match=r"is of another scenario: sensor\.velocity_noise is 0\.002 there and 0\.0 here;"
+    ):
+        regressions(Comparison(louder, {}), read_baseline(baseline), across=["gains"])
+    assert "across = 'noise' is not known; there are gains" in refusal(*arguments, "--across", "noise")
+    assert "need a --baseline" in refusal("compare", "--across", "gains")
+
+
+def test_gate_over_seeds_compares_means_and_tolerates_their_scatter(tmp_path):
+    file, path = write_scenario(tmp_path, SHORT.model_dump(mode="json", exclude_none=True)), tmp_path / "seeds.json"
+    arguments = ("compare", file, "--out", tmp_path / "out", "--seeds", 3, "--controller", "pi")
+    assert run_command_line(*arguments, "--json", path).status == 0
+    stored = read_baseline(path)
+    values = stored["by_seed"]["pi"]["rms_error"]
+    expected = [
+        compare(SHORT.modified(seed=seed, controllers=["pi"])).runs["pi"].metrics.rms_error for seed in (1, 2, 3)
+    ]
+    assert values == expected
+    assert run_command_line(*arguments, "--baseline", path).status == 0
+    spread = stats.sem(values) * stats.t.ppf(0.975, 2) / np.mean(values)
+    for share, status in ((0.9, 0), (1.1, 1)):
+        stored["by_seed"]["pi"]["rms_error"] = [value / (1.0 + share * spread) for value in values]
+        other = tmp_path / "other.json"
+        other.write_text(json.dumps(stored))
+        outcome = run_command_line(*arguments, "--metric", "rms_error", "--baseline", other)
+        assert outcome.status == status, outcome
+    assert (
+        run_command_line(*arguments, "--metric", "rms_error", "--baseline", other, "--tolerance", "1000%").status == 0
+    )
+    assert "seeds = 2 is not allowed: the baseline is of 3" in refusal(
+        "compare", file, "--seeds", 2, "--baseline", path
+    )
+    with pytest.raises(ValueError, match="seeds = 0 is not allowed"):
+        compare(SHORT, seeds=0)
 
 
 def test_command_line_names_what_differs_before_it_runs(baseline, tmp_path):

@@ -48,7 +48,10 @@ def test_baseline_is_missing_then_stored_then_guarded(suite):
     file.write_text(text, encoding="utf-8")
     outcome = suite()
     outcome.assert_outcomes(failed=1)
-    outcome.stdout.fnmatch_lines(["*tracking got worse than in *", "*pi: rms_error grew from * mrad/s *"])
+    outcome.stdout.fnmatch_lines(
+        ["*test_tracking*", "tracking got worse than in *: pi: rms_error grew from * mrad/s *", "*short test summary*"]
+    )
+    outcome.stdout.no_fnmatch_line("*comparison = compare(SCENARIO)*")
 
 
 def test_another_scenario_is_named_as_such(suite):
