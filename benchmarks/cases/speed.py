@@ -1,17 +1,20 @@
 """Time and memory: a step from Python, a group, a run, the command line, a log.
 
-Figures are times in s (``median``, ``slow``: one in a thousand takes longer) and ``memory``, the peak over the size of
-what is kept. What a row is compared with runs in turn with it in the same process.
+Figures are times in s (``median``, ``slow``: one in a thousand takes longer), ``memory``, the peak over the size of
+what is kept, and ``ratio``, a time over that of what the row is compared with, which runs in turn with it.
 """
 
 import os
+import re
 import subprocess
 import sys
 import tempfile
 import time
 import tracemalloc
 from collections.abc import Callable
+from contextlib import suppress
 from functools import partial
+from importlib.metadata import PackageNotFoundError, distribution
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +23,8 @@ import numpy as np
 from adaptive_ff import JointGroup, Scenario, load_scenario, simulate
 from adaptive_ff.comparison.registry import make_controller
 from adaptive_ff.logs.log import read_log
-from adaptive_ff.studies.study import Found
+from adaptive_ff.studies.study import Found, run_study
+from adaptive_ff.studies.sweep import run_draw
 from benchmarks.suite import Case
 
 CALLS = 50_000
@@ -31,6 +35,9 @@ JOINTS = (1, 6, 24)
 
 ROWS = 200_000
 """Rows of the log that is read."""
+
+DRAWS = 100
+"""Joints of the sweep."""
 
 Call = Callable[[int], Any]
 
@@ -94,13 +101,17 @@ def in_turn(calls: dict[str, Call], count: int) -> dict[str, dict[str, float]]:
 
 
 def run_step(controllers: list[str]) -> Found:
-    """Time a step from Python."""
-    return {"": {"row": "a step from Python"}, **in_turn({name: step_of(name) for name in controllers}, CALLS)}
+    """Time a step from Python, and its ratio to simple-pid's call."""
+    found = in_turn({name: step_of(name) for name in controllers}, CALLS)
+    for one in found.values():
+        one["ratio"] = one["median"] / found["simple_pid"]["median"]
+    return {"": {"row": "a step from Python"}, **found}
 
 
 def run_group(joints: int, controllers: list[str]) -> Found:
-    """Time a step of a group of adaptive joints; the others have none."""
-    found = in_turn({"adaptive": group_step("adaptive", joints)}, CALLS // 10)
+    """Time a step of a group of adaptive joints, and its ratio to that of as many controllers; the others have none."""
+    found = in_turn({"adaptive": group_step("adaptive", joints), "one": step_of("adaptive")}, CALLS // 10)
+    found["adaptive"]["ratio"] = found["adaptive"]["median"] / found["one"]["median"] / joints
     return {"": {"row": f"a step of {joints} joints"}, **{name: found.get(name, {}) for name in controllers}}
 
 
@@ -124,15 +135,53 @@ def _run(scenario: Scenario, name: str, _: int) -> None:
 def run_commands(controllers: list[str]) -> Found:
     """Time ``adaptive-ff --help`` and a first and a later ``compare``, whole processes; all under ``adaptive``."""
     with tempfile.TemporaryDirectory() as folder:
-        fresh = {**os.environ, **dict.fromkeys(("NUMBA_CACHE_DIR", "MPLCONFIGDIR", "XDG_CACHE_HOME"), folder)}
+        fresh = {**os.environ, **dict.fromkeys(("MPLCONFIGDIR", "XDG_CACHE_HOME"), folder)}
         command = [sys.executable, "-m", "adaptive_ff"]
         compare = [*command, "compare", "--out", str(Path(folder, "out"))]
         figures = {
             "help": float(np.median([_elapsed([*command, "--help"], fresh) for _ in range(5)])),
             "first_compare": _elapsed(compare, fresh),
             "later_compare": float(np.median([_elapsed(compare, fresh) for _ in range(3)])),
+            "first_step": float(np.median([_elapsed([sys.executable, "-c", FIRST_STEP], fresh) for _ in range(5)])),
         }
     return {"": {"row": "command line"}, **{name: figures if name == "adaptive" else {} for name in controllers}}
+
+
+FIRST_STEP = """from adaptive_ff import AdaptiveController
+joint = {"inertia": 20.0, "stribeck_velocity": 0.05, "torque_limit": 400.0}
+AdaptiveController(1200.0, 5000.0, 0.01, **joint).step(0.1, 0.0)
+"""
+
+
+def run_sweep(controllers: list[str]) -> Found:
+    """Time a sweep of joints with one worker, two threads and two processes; all under ``adaptive``."""
+    draw, names = partial(run_draw, load_scenario(), 1, {}), ["pi", "oracle", "adaptive"]
+    cases = {str(number): number for number in range(DRAWS)}
+    ways = {"one": (1, False), "threads": (2, True), "processes": (2, False)}
+
+    def sweep(workers: int, threads: bool, _: int) -> None:
+        run_study(draw, cases, names, workers=workers, threads=threads)
+
+    times = in_turn({name: partial(sweep, *way) for name, way in ways.items()}, 3)
+    figures = {name: one["median"] for name, one in times.items()}
+    figures |= {"ratio": figures["threads"] / figures["one"], "of_processes": figures["processes"] / figures["one"]}
+    return {"": {"row": "a sweep"}, **{name: figures if name == "adaptive" else {} for name in controllers}}
+
+
+def run_installed(controllers: list[str]) -> Found:
+    """Measure what is installed with the package, MB; all under ``adaptive``."""
+    pending, known, total = ["adaptive-ff"], set(), 0
+    while pending:
+        name = pending.pop()
+        with suppress(PackageNotFoundError):  # what other systems need
+            found = distribution(name)
+            if found.name not in known:
+                known.add(found.name)
+                files = (Path(str(file.locate())) for file in found.files or ())
+                total += sum(file.stat().st_size for file in files if file.is_file())
+                pending += [re.split(r"[^\w.-]", line)[0] for line in found.requires or () if "extra ==" not in line]
+    figures = {"megabytes": total / 1e6}
+    return {"": {"row": "installed"}, **{name: figures if name == "adaptive" else {} for name in controllers}}
 
 
 def _elapsed(command: list[str], environment: dict[str, str]) -> float:
@@ -168,5 +217,7 @@ def measurements(count: int = 1, first: int = 1) -> list[Case]:
         **{row: partial(run_runs, row, scenario) for row, scenario in runs.items()},
         "commands": run_commands,
         "log": run_log,
+        "sweep": run_sweep,
+        "installed": run_installed,
     }
     return [Case(f"{name}/{seed}", seed, run) for name, run in made.items() for seed in range(first, first + count)]

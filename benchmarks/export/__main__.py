@@ -12,7 +12,7 @@ from rich.table import Table
 
 from adaptive_ff.files import write_json
 from benchmarks.export.identity import closed_loops, random_runs
-from benchmarks.export.machines import emulated, objects, sanitized
+from benchmarks.export.machines import emulated, objects, sanitized, sizes, unreached
 from benchmarks.export.rows import Row
 from benchmarks.export.speed import behind_python, exporting, steps
 
@@ -41,6 +41,7 @@ def _loops() -> dict[str, list[Row]]:
 SECTIONS: dict[str, Callable[[], dict[str, list[Row]]]] = {
     "python": lambda: {"Export, and the step behind Python": [*exporting(), *behind_python(5000)]},
     "objects": lambda: {"Objects for drives": objects()},
+    "sizes": lambda: {"Sizes on a Cortex-M7, in double": sizes(), "What is never reached": unreached()},
     "machines": lambda: {"Other machines": emulated(SAMPLES)},
     "sanitizers": lambda: {"Sanitizers": sanitized(SAMPLES)},
     "speed": lambda: {"Time of a step": steps(20_000, 15)},
@@ -52,7 +53,8 @@ SECTIONS: dict[str, Callable[[], dict[str, list[Row]]]] = {
 
 def main(
     only: Annotated[
-        str | None, typer.Option(help="One section: random, closed, machines, objects, sanitizers, speed, python.")
+        str | None,
+        typer.Option(help="One section: random, closed, machines, objects, sizes, sanitizers, speed, python."),
     ] = None,
     json: Annotated[Path | None, typer.Option(help="Write all numbers there.")] = None,
 ) -> None:

@@ -12,14 +12,14 @@ import numpy as np
 
 from benchmarks.export.driver import build, found, in_python, random_inputs, run, write_sources
 from benchmarks.export.rows import Row, skipped
-from benchmarks.export.variants import SEED, adaptive
+from benchmarks.export.variants import SEED, adaptive, everything
 
 WARNINGS = ("-Wall", "-Wextra", "-Wconversion", "-Wshadow", "-pedantic", "-Werror")
 CLOSENESS = 1e-11
 """Largest difference to Python of any torque, over the largest torque."""
 
-LARGEST_OBJECT = 20_000
-"""Bytes of code and constants of the adaptive controller on a Cortex-M7."""
+LARGEST = {"code and constants, bytes": 20_000, "state, bytes": 4096, "stack of a step, bytes": 2048, "lines": 4000}
+"""Targets of the adaptive controller on a Cortex-M7, in double."""
 
 ALLOWED = {"exp", "expm1", "log", "pow", "sqrt", "memcpy", "memset"}
 EMULATED = {
@@ -97,11 +97,70 @@ def _object(processor: Processor) -> list[Row]:
         if size is None:
             return rows
         rows.append(Row("  size", "{} bytes of code and constants, {} of globals".format(*size)))
-        if processor.name.startswith("Cortex-M7"):
-            rows.append(
-                Row("  target", f"{size[0]} bytes, {size[1]} of globals", "20 kB, 0", size[0] <= LARGEST_OBJECT)
-            )
     return rows
+
+
+MEMBERS = {"a joint with gravity": lambda: adaptive("gravity", 0.0, 0.0), "all that can be learnt": everything}
+
+
+def sizes() -> list[Row]:
+    """Compile the adaptive controller for a Cortex-M7; list code, state, stack and lines."""
+    processor = PROCESSORS[0]
+    if not found(processor.command[0]):
+        return [skipped("sizes", f"no {processor.command[0]}", "20 kB, 4 kB, 2 kB")]
+    rows = []
+    for name, maker in MEMBERS.items():
+        with tempfile.TemporaryDirectory() as folder:
+            _compile(processor, Path(folder), maker())
+            size = _size(processor, Path(folder)) or (0, 0)
+            measured = [size[0], _state(processor, Path(folder)), _stack(Path(folder))]
+            measured.append(sum(len((Path(folder) / f"drive.{end}").read_text().splitlines()) for end in "ch"))
+        rows += [
+            Row(f"{name}: {what}", str(value), f"at most {most}", value <= most)
+            for (what, most), value in zip(LARGEST.items(), measured, strict=True)
+        ]
+    return rows
+
+
+def _state(processor: Processor, folder: Path) -> int:
+    """Return the bytes of a controller in memory."""
+    (folder / "state.c").write_text('#include "drive.h"\ndrive_Controller controller;\n')
+    subprocess.run([*processor.command, "-fno-common", "-c", "state.c", "-o", "drive.o"], cwd=folder, check=True)
+    sizes = _size(processor, folder)
+    return sizes[1] if sizes else 0
+
+
+def _stack(folder: Path) -> int:
+    """Return the bytes of a step's frame and of the largest one of what is not inlined in it."""
+    lines = (line.split("\t") for line in (folder / "drive.su").read_text().splitlines())
+    frames = {name.rpartition(":")[2]: int(size) for name, size, _ in lines}
+    return frames["drive_step"] + max(size for name, size in frames.items() if not name.startswith("drive_"))
+
+
+def unreached() -> list[Row]:
+    """Run the controller with all that can be learnt over wild inputs; count the lines of its kernels never reached."""
+    if not (found("gcc") and found("gcov")):
+        return [skipped("unreached lines", "no gcov", "0")]
+    inputs = random_inputs(everything(), 3000, SEED)
+    rng = np.random.default_rng(SEED)
+    wild = rng.random(inputs.shape) < 0.02
+    wild[:, [0, 3, 6, 8]] &= rng.random((len(inputs), 4)) < 0.5
+    inputs[wild] = rng.choice([1e300, -1e300, 1e-300], size=int(wild.sum()))
+    inputs[:, 8] = np.abs(inputs[:, 8])
+    inputs[::7, [0, 2, 9, 10]] = 0.0
+    inputs[1000:1400, [0, 2, 9, 10]] = 0.0
+    with tempfile.TemporaryDirectory() as folder:
+        write_sources(everything(), Path(folder))
+        built = build(Path(folder), ["gcc", "-std=c99", "-O0", "--coverage"])
+        subprocess.run([built, str(len(inputs)), "1"], input=inputs.tobytes(), capture_output=True, check=True)
+        subprocess.run(["gcov", "driver-drive.c"], cwd=folder, capture_output=True, check=True)
+        lines = (Path(folder) / "drive.c.gcov").read_text().splitlines()
+    last = next(place for place, line in enumerate(lines) if "write_physical(" in line)
+    counts = [line.split(":", 2) for line in lines[:last]]
+    reachable = [line for line in counts if line[0].strip() != "-"]
+    never = [line for line in reachable if line[0].strip() == "#####"]
+    rows = [Row("lines of the kernels never reached", f"{len(never)} of {len(reachable)}", "0", not never)]
+    return rows + [Row(f"  line {number.strip()}", text.strip()) for _, number, text in never]
 
 
 def _compile(processor: Processor, folder: Path, controller: Any) -> str:
@@ -109,6 +168,7 @@ def _compile(processor: Processor, folder: Path, controller: Any) -> str:
     single = processor.name.endswith("single")
     write_sources(controller, folder, single)
     line = [*processor.command, "-std=c99", "-Os", "-ffp-contract=off", *WARNINGS, "-c", "drive.c", "-o", "drive.o"]
+    line += ["-fstack-usage"] if "arm" in processor.command[0] else []
     done = subprocess.run(line, cwd=folder, capture_output=True, text=True, check=False)
     return done.stderr.strip() or ("exits with an error" if done.returncode else "")
 

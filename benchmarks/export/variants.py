@@ -7,7 +7,7 @@ from typing import Any
 
 from adaptive_ff import AdaptiveController, load_scenario
 from adaptive_ff.comparison.registry import CONTROLLERS
-from adaptive_ff.friction.model import ESTIMATED, PER_DIRECTION, WITH_GRAVITY, WITH_OFFSET
+from adaptive_ff.friction.model import ESTIMATED, PER_DIRECTION, PER_DIRECTION_WITH_GRAVITY, WITH_GRAVITY, WITH_OFFSET
 from controllers import PI
 
 SIZES = {
@@ -24,6 +24,15 @@ def adaptive(size: str, delay: float, velocity_lag: float) -> AdaptiveController
     design = PI.design(inertia=20.0, period=0.01, bandwidth=10.0)
     settings: dict[str, Any] = {"inertia": 20.0, "stribeck_velocity": 0.05, "parameters": SIZES[size]}
     settings |= {"delay": delay, "velocity_lag": velocity_lag}
+    return AdaptiveController(design.proportional, design.integral, 0.01, **settings)
+
+
+def everything() -> AdaptiveController:
+    """Make an adaptive controller with all that it can learn: 28 columns."""
+    design = PI.design(inertia=20.0, period=0.01, bandwidth=10.0)
+    settings: dict[str, Any] = {"inertia": 20.0, "stribeck_velocity": 0.05, "delay": 1.5, "velocity_lag": 0.004}
+    settings |= {"parameters": PER_DIRECTION_WITH_GRAVITY, "ripple_periods": [0.02], "position_periods": [0.3]}
+    settings |= {"position_hats": 5, "load_friction": True, "regressors": 2}
     return AdaptiveController(design.proportional, design.integral, 0.01, **settings)
 
 
