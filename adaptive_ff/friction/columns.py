@@ -26,7 +26,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from adaptive_ff.friction.model import adhesion_share
+from adaptive_ff.friction.model import stribeck_power
 from controllers.arrays import MutableArray, NDArray
 
 Array = NDArray[np.float64]
@@ -135,14 +135,20 @@ class Curve(NamedTuple):
 
 
 def _follow_lag(
-    lagged: MutableArray, place: int, slope_place: int, first: float, last: float, lag: float, duration: float
+    lagged: MutableArray,
+    place: int,
+    slope_place: int,
+    first: float,
+    last: float,
+    lag: float,
+    duration: float,
+    decay: float,
 ) -> tuple[float, float]:
     """Let one column follow a ramp with the friction lag; return its integral and that of its slope over ``ln tau``.
 
-    With ``E = exp(-h/tau)``, ``rho = (F1 - F0)/h``: ``z1 = F1 + (z0 - F0) E - rho tau (1 - E)``; its integral and the
-    derivatives of both with respect to ``ln tau`` in closed form.
+    With ``E = exp(-h/tau)``, the ``decay``, and ``rho = (F1 - F0)/h``: ``z1 = F1 + (z0 - F0) E - rho tau (1 - E)``; its
+    integral and the derivatives of both with respect to ``ln tau`` in closed form.
     """
-    decay = math.exp(-duration / lag)
     settled, rate, away = 1.0 - decay, (last - first) / duration, lagged[place] - first
     integral = (first + 0.5 * rate * duration) * duration + away * lag * settled
     integral += rate * lag * (lag * settled - duration)
@@ -168,15 +174,18 @@ def _slide(
 ) -> None:
     """Add the integrals of the friction columns over a motion in which friction has one sign."""
     velocity, shape = curve.stribeck_velocity, hypothesis.shape
-    low, high = adhesion_share(abs(start), velocity, shape), adhesion_share(abs(end), velocity, shape)
-    steep_low = low * shape * (abs(start) / velocity) ** shape if start != 0.0 else 0.0
-    steep_high = high * shape * (abs(end) / velocity) ** shape if end != 0.0 else 0.0
+    power_low, power_high = stribeck_power(abs(start), velocity, shape), stribeck_power(abs(end), velocity, shape)
+    low, high = math.exp(-power_low), math.exp(-power_high)
+    steep_low, steep_high = low * shape * power_low, high * shape * power_high
     lagged, lag, last = state.lagged, curve.lag, psi.size - 1
+    decay = math.exp(-duration / lag)
     slip, by_slip = _follow_lag(
-        lagged, LAGGED_SLIP, SLIP_SENSITIVITY, sign * (1.0 - low), sign * (1.0 - high), lag, duration
+        lagged, LAGGED_SLIP, SLIP_SENSITIVITY, sign * (1.0 - low), sign * (1.0 - high), lag, duration, decay
     )
-    stick, by_stick = _follow_lag(lagged, LAGGED_STICTION, STICTION_SENSITIVITY, sign * low, sign * high, lag, duration)
-    steep, _ = _follow_lag(lagged, LAGGED_SLOPE, -1, sign * steep_low, sign * steep_high, lag, duration)
+    stick, by_stick = _follow_lag(
+        lagged, LAGGED_STICTION, STICTION_SENSITIVITY, sign * low, sign * high, lag, duration, decay
+    )
+    steep, _ = _follow_lag(lagged, LAGGED_SLOPE, -1, sign * steep_low, sign * steep_high, lag, duration, decay)
     psi[COULOMB] += slip
     psi[STICTION] += stick
     psi[last - 1] += curve.coulomb * by_slip + curve.stiction * by_stick
@@ -222,7 +231,8 @@ def write_columns(
     """
     for i in range(psi.size):
         psi[i] = 0.0
-    speed, by_speed = _follow_lag(state.lagged, LAGGED_SPEED, SPEED_SENSITIVITY, start, end, curve.lag, duration)
+    decay = math.exp(-duration / curve.lag)
+    speed, by_speed = _follow_lag(state.lagged, LAGGED_SPEED, SPEED_SENSITIVITY, start, end, curve.lag, duration, decay)
     direction, hold = state.direction, curve.hold
     if direction == 0.0:
         direction = 1.0 if start + end > 0.0 else (-1.0 if start + end < 0.0 else 0.0)

@@ -217,14 +217,19 @@ def adhesion_share(speed: float, stribeck_velocity: float, stribeck_shape: float
 
     The rest of one is the share of Coulomb friction, ``|g(w)|`` of (5).
     """
+    return math.exp(-stribeck_power(speed, stribeck_velocity, stribeck_shape))
+
+
+def stribeck_power(speed: float, stribeck_velocity: float, stribeck_shape: float) -> float:
+    """Return ``(|w|/Vs)^delta``; at most 1e4, since the share of stiction is zero long before."""
     ratio = speed / stribeck_velocity
     if stribeck_shape == 1.0:
-        return math.exp(-ratio)
+        return min(ratio, 1e4)
     if stribeck_shape == 2.0:
-        return math.exp(-ratio * ratio)
+        return min(ratio * ratio, 1e4)
     if ratio > 1.0 and stribeck_shape * math.log(ratio) > 7.0:
-        return 0.0  # exp(-exp(7)) underflows, and the power below could overflow
-    return math.exp(-(ratio**stribeck_shape))
+        return 1e4  # the power could overflow
+    return float(ratio**stribeck_shape)
 
 
 def friction_parts(model: TorqueModel, speed: float) -> tuple[float, float]:

@@ -39,7 +39,7 @@ class Prior(NamedTuple):
     mean : ndarray, shape (n,)
         Mean of each coefficient; of friction in units of the friction seen so far.
     covariance : ndarray, shape (n (n + 1) / 2,)
-        Covariance, in the same units, a lower triangle.
+        Covariance, in the same units, a lower triangle; zero between coefficients in these units and others.
     scaled : ndarray of bool, shape (n,)
         Whether a coefficient is in these units.
     lowest, highest : ndarray, shape (n,)
@@ -96,16 +96,17 @@ def forget_loop_in_place(member: Member, torque: float) -> None:
 def return_in_place(member: Member, prior: Prior, unit: float, kept: float) -> None:
     """Return to the prior: ``theta = a theta + (1 - a) theta_0``, ``P = a^2 P + (1 - a^2) P_0``, ``a = kept``."""
     mean, covariance = member.mean, member.covariance
-    gained = 1.0 - kept * kept
     for i in range(LOOP, mean.size):
         row, before, size = row_of(i), row_of(i - LOOP), unit if prior.scaled[i - LOOP] else 1.0
+        gained = (1.0 - kept * kept) * size * size
         first = prior.mean[i - LOOP] * size
         mean[i] = first + kept * (mean[i] - first)
         for j in range(LOOP):
             covariance[row + j] *= kept
         for j in range(i - LOOP + 1):
-            spread = gained * size * (unit if prior.scaled[j] else 1.0) * prior.covariance[before + j]
-            covariance[row + LOOP + j] = kept * kept * covariance[row + LOOP + j] + spread
+            covariance[row + LOOP + j] = (
+                kept * kept * covariance[row + LOOP + j] + gained * prior.covariance[before + j]
+            )
 
 
 def project(member: Member, x: Array, lag: float, velocity: float, work: MutableArray) -> tuple[float, float]:

@@ -141,7 +141,8 @@ def test_what_is_not_measured_returns_to_the_prior():
     rng = np.random.default_rng(3)
     member = drawn(rng, 4)
     scaled = np.array([False, True, True, False])
-    prior = Prior(rng.standard_normal(4), packed(spread(rng, 4)), scaled, np.full(4, -math.inf), np.full(4, math.inf))
+    known = np.where(scaled[:, np.newaxis] == scaled, spread(rng, 4), 0.0)
+    prior = Prior(rng.standard_normal(4), packed(known), scaled, np.full(4, -math.inf), np.full(4, math.inf))
     for _ in range(2000):
         return_in_place(member, prior, 10.0, 0.99)
     units = np.where(scaled, 10.0, 1.0)
