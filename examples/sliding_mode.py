@@ -55,6 +55,5 @@ class SlidingMode(DesignedLoop):
 if __name__ == "__main__":
     from adaptive_ff import compare, load_scenario
 
-    print(
-        compare(load_scenario().modified(duration=20.0, controllers=["pi"]), own={"sliding": SlidingMode}).improvement
-    )
+    short = load_scenario().modified(duration=20.0, controllers=["pi"])
+    print(compare(short, own={"sliding": SlidingMode}).improvement)

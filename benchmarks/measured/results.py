@@ -94,7 +94,7 @@ def results_table(results: list[Result]) -> Table:
     table = Table(
         title="Identification: torque left unexplained. Replay: torque left to the feedback, rms in N m (N), 20 Hz, "
         "whole log | its second half | while the joint moves. Closed loop: settled error of "
-        "pi | pi_inertia | oracle over that of adaptive.",
+        "pi | oracle over that of adaptive.",
         box=SIMPLE,
         title_style="bold",
     )
@@ -118,7 +118,7 @@ def results_table(results: list[Result]) -> Table:
 def _improvements(loop: Comparison) -> str:
     """Return by how much the error of others is larger than that of adaptive."""
     errors = {name: run.metrics.rms_error_settled for name, run in loop.runs.items()}
-    others = ("pi", "pi_inertia", "oracle")
+    others = ("pi", "oracle")
     return " | ".join(f"{errors[name] / errors['adaptive']:.3g}" for name in others)
 
 
