@@ -25,6 +25,7 @@ TRIAL = RESULTS / "trial"
 
 app = typer.Typer(add_completion=False, no_args_is_help=True, pretty_exceptions_enable=False)
 Suites = Annotated[list[str] | None, typer.Argument(help="Suites; all by default.", show_default=False)]
+Stale = Annotated[bool, typer.Option("--stale", help="Of these only those without a result of the tree's code.")]
 
 
 @app.command("list")
@@ -37,6 +38,7 @@ def list_command() -> None:
 @app.command()
 def run(
     suites: Suites = None,
+    only_stale: Stale = False,
     seeds: Annotated[int | None, typer.Option(min=1, help="Number of references or draws of each kind.")] = None,
     first: Annotated[int | None, typer.Option(min=0, help="First seed; 101 and more while tuning.")] = None,
     quick: Annotated[bool, typer.Option("--quick", help="One case of each kind.")] = False,
@@ -47,29 +49,59 @@ def run(
     out: Annotated[Path | None, typer.Option(help="Folder for the results.")] = None,
     scheduler: Scheduler = None,
 ) -> None:
-    """Run suites and write their results; an interrupted call goes on where it stopped."""
+    """Run suites, the quickest first, and write their results; an interrupted call goes on where it stopped."""
     altered = bool(seeds or first is not None or quick or only or controllers)
-    folder = out or (TRIAL if altered else RESULTS)
-    for name in suites or suite_names():
-        suite = load_suite(name)
-        cases = suite.generated(count=seeds, first=first, quick=quick)
-        cases = [case for case in cases if not only or fnmatch.fnmatchcase(case.key, f"{only}*")]
-        if not cases:
-            raise InputError(f"--only = {only!r} matches no case of {name}")
-        chosen = [BASE, *(one for one in controllers.split(",") if one)] if controllers else suite.controllers
-        with cluster(scheduler) as executor, progress_bars(error_console()) as bars:
-            task = bars.add_task(name, total=1.0)
-            result = run_suite(
-                suite,
-                cases,
-                list(dict.fromkeys(chosen)),
-                named=named or None,
-                workers=workers,
-                executor=executor,
-                progress=lambda share, task=task: bars.update(task, completed=share),
-            )
-        file = result.write(folder)
-        print(f"{name}: {len(cases)} cases, {len(result.refused)} refused, {result.seconds:g} s, {file}", flush=True)
+    folder, failed = out or (TRIAL if altered else RESULTS), False
+    names = sorted(suites or suite_names(), key=seconds_of)
+    if only_stale:
+        names = [name for name in names if stale_since(name) is not None]
+    with cluster(scheduler) as executor, progress_bars(error_console()) as bars:
+        for place, name in enumerate(names, 1):
+            task = bars.add_task(f"{name} ({place} of {len(names)})", total=1.0)
+            try:
+                suite = load_suite(name)
+                cases = suite.generated(count=seeds, first=first, quick=quick)
+                cases = [case for case in cases if not only or fnmatch.fnmatchcase(case.key, f"{only}*")]
+                if not cases:
+                    raise InputError(f"--only = {only!r} matches no case of {name}")
+                chosen = [BASE, *(one for one in controllers.split(",") if one)] if controllers else suite.controllers
+                result = run_suite(
+                    suite,
+                    cases,
+                    list(dict.fromkeys(chosen)),
+                    named=named or None,
+                    workers=workers,
+                    executor=executor,
+                    progress=lambda share, task=task: bars.update(task, completed=share),
+                )
+                file = result.write(folder)
+            except InputError as error:
+                if len(names) == 1:
+                    raise
+                print(f"benchmarks: {error}", file=sys.stderr)
+                failed = True
+            else:
+                what = f"{name} ({place} of {len(names)}): {len(cases)} cases, {len(result.refused)} refused"
+                print(f"{what}, {result.seconds:g} s, {file}", flush=True)
+            bars.remove_task(task)
+    raise typer.Exit(1 if failed else 0)
+
+
+def seconds_of(name: str) -> float:
+    """Return how long a suite took the last time; zero where it has never been run."""
+    try:
+        return latest(name).seconds
+    except InputError:
+        return 0.0
+
+
+def stale_since(name: str) -> str | None:
+    """Return the commit of a result that other code computed than the tree's, empty where there is none, or None."""
+    try:
+        result = latest(name)
+    except InputError:
+        return ""
+    return None if result.fingerprint == suite_fingerprint(load_suite(name)) else result.commit
 
 
 @app.command()
@@ -101,13 +133,9 @@ def compare(
 def stale() -> None:
     """Name the suites whose stored result was computed by other code than that of the tree."""
     for name in suite_names():
-        try:
-            result = latest(name)
-        except InputError as error:
-            print(error)
-            continue
-        if result.fingerprint != suite_fingerprint(load_suite(name)):
-            print(f"{name}: computed at {result.commit}")
+        commit = stale_since(name)
+        if commit is not None:
+            print(f"{name}: computed at {commit}" if commit else f"{name}: has no result")
 
 
 @app.command("pages")

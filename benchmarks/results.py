@@ -15,8 +15,8 @@ from adaptive_ff.errors import InputError
 RESULTS = Path(__file__).resolve().parent / "results"
 """Where the present results are; those of a frozen commit are in a folder of its name beside them."""
 
-DIGITS = 5
-"""Digits to which figures are kept."""
+DIGITS = (5, 4, 3)
+"""Digits to which figures are kept: as many as the size of the file allows."""
 
 LARGEST = 100_000
 """Size that a file may have, bytes."""
@@ -78,10 +78,14 @@ class Result:
         InputError
             It is too large to be committed.
         """
-        content = {**vars(self), "rows": {name: [row.seeds, _rounded(row.figures)] for name, row in self.rows.items()}}
-        text = _text(content)
-        if len(text) > LARGEST:
-            raise InputError(f"{self.suite}: {len(text)} bytes are not allowed: at most {LARGEST}")
+        for digits in DIGITS:
+            rows = {name: [row.seeds, _rounded(row.figures, digits)] for name, row in self.rows.items()}
+            text = _text({**vars(self), "rows": rows})
+            if len(text) <= LARGEST:
+                break
+        else:
+            size = f"{len(text)} bytes are not allowed: at most {LARGEST}"
+            raise InputError(f"{self.suite}: {size}; runs are kept, so that a call with fewer --seeds takes no time")
         folder.mkdir(parents=True, exist_ok=True)
         file = folder / f"{self.suite}.json"
         file.write_text(text, encoding="utf-8")
@@ -112,19 +116,19 @@ def circumstances() -> dict[str, Any]:
     return {"commit": found.stdout.strip() or "unknown", "machine": machine, "versions": versions}
 
 
-def _rounded(figures: dict[str, Columns]) -> dict[str, Any]:
+def _rounded(figures: dict[str, Columns], digits: int) -> dict[str, Any]:
     """Return figures as JSON holds them: with few digits, and null for what is infinite."""
     return {
-        controller: {name: [_short(value) for value in column] for name, column in columns.items()}
+        controller: {name: [_short(value, digits) for value in column] for name, column in columns.items()}
         for controller, columns in figures.items()
     }
 
 
-def _short(value: float) -> float | int | None:
+def _short(value: float, digits: int) -> float | int | None:
     if not math.isfinite(value):
         return None
-    short = float(f"{value:.{DIGITS}g}")
-    return int(short) if short.is_integer() and abs(short) < 10**DIGITS else short
+    short = float(f"{value:.{digits}g}")
+    return int(short) if short.is_integer() and abs(short) < 10**digits else short
 
 
 def _with_infinity(figures: dict[str, Any]) -> dict[str, Columns]:

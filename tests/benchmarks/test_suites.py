@@ -75,7 +75,10 @@ def test_a_result_is_read_as_it_was_written(two_rows, tmp_path):
     assert read_result(tmp_path, "another") is None
 
 
-def test_a_result_that_is_too_large_is_refused(two_rows, tmp_path):
+def test_a_result_keeps_fewer_digits_where_it_is_large_and_is_refused_where_that_does_not_do(two_rows, tmp_path):
+    two_rows.rows["odd"].figures["own"]["settled"] = [1.2345] * 18_000
+    two_rows.write(tmp_path)
+    assert read_result(tmp_path, "made").rows["odd"].figures["own"]["settled"][:2] == [1.23, 1.23]
     two_rows.rows["odd"].figures["own"]["settled"] = [1.2345] * 20_000
     with pytest.raises(InputError, match="bytes are not allowed"):
         two_rows.write(tmp_path)
@@ -128,6 +131,16 @@ def test_command_runs_a_suite_and_compares_two_folders(tmp_path, monkeypatch):
     done = CliRunner().invoke(command.app, ["compare", str(tmp_path / "before"), str(tmp_path / "after")])
     assert done.exit_code == 0
     assert "1.000" in done.output
+
+
+def test_stale_suites_are_run_and_one_that_fails_does_not_end_the_others(tmp_path, monkeypatch):
+    monkeypatch.setattr(running, "KEPT", tmp_path / "kept")
+    monkeypatch.setattr(command, "stale_since", {"push": None, "matrix": "abc", "arms": ""}.get)
+    words = ["run", "push", "matrix", "arms", "--stale", "--only", "slow_010", "--quick", "--workers", "1"]
+    done = CliRunner().invoke(command.app, [*words, "--controllers", "oracle", "--out", str(tmp_path / "out")])
+    assert done.exit_code == 1
+    assert [file.name for file in (tmp_path / "out").iterdir()] == ["matrix.json"]
+    assert done.stderr.splitlines()[-1] == "benchmarks: --only = 'slow_010' matches no case of arms"
 
 
 def test_command_refuses_what_matches_nothing():
