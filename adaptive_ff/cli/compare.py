@@ -39,7 +39,7 @@ class Guard:
 
     across: Annotated[
         list[str] | None,
-        typer.Option(help="What may differ from the scenario of the baseline: gains, all of [feedback]."),
+        typer.Option(help="What may differ from the scenario of the baseline: gains (its table feedback)."),
     ] = None
 
     def gate(self, scenario: "Scenario", seeds: int) -> Gate | None:
