@@ -6,6 +6,9 @@ from typing import TYPE_CHECKING, Any, ClassVar
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+WORTH = 1.05
+"""What is left without over what is left with the best, from which a verdict calls it worth it."""
+
 
 class Reported:
     """A result that the report draws and words; the report is imported when it is first asked."""

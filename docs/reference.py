@@ -22,6 +22,7 @@ from adaptive_ff.cli.main import app
 from adaptive_ff.identify.identification import SAYS
 from adaptive_ff.logs.formats import READERS
 from adaptive_ff.report.diagnosis import SENTENCES
+from adaptive_ff.report.verdicts import LIMITS
 from adaptive_ff.scenario.scenario import Scenario
 
 PACKAGES = ("adaptive_ff", "controllers", "plant")
@@ -169,12 +170,14 @@ def log_formats() -> str:
 
 
 def warning_codes() -> str:
-    """Return the codes of a diagnosis and of an identification, with their sentences."""
+    """Return the codes of a diagnosis, an identification and a verdict, with their sentences."""
     diagnosis = [(f"`{code}`", "warning" if code in WARNINGS else "", text) for code, text in SENTENCES.items()]
     identified = [(f"`{code}`", text) for code, text in SAYS.items()]
+    limits = [(f"`{code}`", what, step) for code, (what, step) in LIMITS.items()]
     return (
         f"## Of the adaptive controller\n\n{_table(('code', '', 'sentence'), diagnosis)}"
         f"## Of an identification: why a parameter is not identified\n\n{_table(('code', 'sentence'), identified)}"
+        f"## Of a verdict: what most of the error is due to\n\n{_table(('code', 'limit', 'next'), limits)}"
     )
 
 

@@ -34,6 +34,7 @@ BAD_INPUT, INTERRUPTED, TERMINATED = 2, 130, 128 + signal.SIGTERM
 
 app = typer.Typer(
     help="Adaptive friction-compensating velocity control of robot and machine joints.",
+    epilog="Terms, such as settled, over pi, oracle: the glossary of the documentation (docs/glossary.md).",
     no_args_is_help=True,
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},

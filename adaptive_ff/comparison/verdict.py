@@ -14,14 +14,12 @@ import numpy as np
 from adaptive_ff.comparison.comparison import BASELINE, Comparison
 from adaptive_ff.comparison.reference_lines import noise_floor
 from adaptive_ff.comparison.run import Run
+from adaptive_ff.reported import WORTH
 from adaptive_ff.scenario.scenario import Scenario
 from adaptive_ff.simulation.metrics import settled_start
 
 KNOW_THE_TRUTH = frozenset({"noise_floor", "oracle", "oracle_tuned", "coulomb_true", "stribeck_true"})
 """Controllers that know what nobody knows; they are limits, not candidates."""
-
-WORTH = 1.05
-"""Error of PI over that of the best from which feedforward is worth it."""
 
 SATURATED, NEAR = 0.01, 0.95
 """Fraction of the settled samples at or above this fraction of the torque limit from which the drive limits."""

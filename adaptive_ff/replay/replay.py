@@ -26,7 +26,7 @@ from adaptive_ff.learning.kalman import LOOP, Member
 from adaptive_ff.logs.defects import Skipped
 from adaptive_ff.logs.log import Log, check_log
 from adaptive_ff.replay.learning import Learner, columns_of, initial_state, learn, make_learner
-from adaptive_ff.reported import Reported
+from adaptive_ff.reported import WORTH, Reported
 from adaptive_ff.scenario.axis_units import of_linear
 from controllers.checks import check_numbers
 from controllers.triangle import packed, unpacked
@@ -48,10 +48,6 @@ IDENTIFY = ("symmetric", "offset", "directions", "gravity", "directions_and_grav
 
 FEEDFORWARD = "feedforward"
 """Name in ``Log.extra`` of the machine's own."""
-
-
-WORTH = 1.05
-"""Torque left without a feedforward over that of the best from which it is worth it."""
 
 
 class Left(NamedTuple):

@@ -21,9 +21,9 @@ from adaptive_ff.comparison.own_bandwidth import (
     with_bandwidth,
 )
 from adaptive_ff.comparison.registry import CONTROLLERS
-from adaptive_ff.comparison.verdict import KNOW_THE_TRUTH, WORTH
+from adaptive_ff.comparison.verdict import KNOW_THE_TRUTH
 from adaptive_ff.errors import InputError
-from adaptive_ff.reported import Reported
+from adaptive_ff.reported import WORTH, Reported
 from adaptive_ff.scenario.axis_units import axis_unit
 from adaptive_ff.scenario.loop import LoopAtBandwidth, loop_at, tried_bandwidths
 from adaptive_ff.scenario.scenario import Scenario

@@ -45,6 +45,14 @@ def test_quiet_prints_nothing_and_writes_everything(tmp_path, scenario, without_
     assert "\nover pi: settled error of pi over" in loud.replace("; ", "\n")  # what the columns mean
 
 
+def test_controllers_are_chosen_on_the_command_line(tmp_path, scenario, without_pictures):
+    chosen = ("--controller", "pi", "--controller", "oracle")
+    outcome = run_command_line("compare", scenario, *chosen, "--out", tmp_path / "out")
+    assert outcome.status == 0
+    assert {"pi.csv", "oracle.csv", "result.json"} == set(content_of(tmp_path / "out"))
+    assert "'pid' is not known" in refusal("compare", scenario, "--controller", "pid", "--out", tmp_path / "out")
+
+
 def test_json_goes_to_standard_output_alone(tmp_path, scenario, without_pictures):
     outcome = run_command_line("compare", scenario, "--out", tmp_path / "out", "--json", "-")
     assert (outcome.status, outcome.err) == (0, "")
