@@ -11,13 +11,13 @@ from enum import StrEnum
 import numpy as np
 
 from adaptive_ff.adaptive.controller import AdaptiveController
-from adaptive_ff.adaptive.estimates import jacobian
+from adaptive_ff.adaptive.estimates import deviations
 from adaptive_ff.adaptive.extensions.over_position import LearntMap
 from adaptive_ff.friction.columns import INERTIA
 from adaptive_ff.friction.model import GRAVITY, RIPPLE, unit_of
-from adaptive_ff.learning.kalman import LOOP
+from adaptive_ff.learning.kalman import LOOP, Member
 from adaptive_ff.reported import Reported
-from controllers.triangle import unpacked
+from controllers.triangle import packed, unpacked
 
 SURE = 2.0
 """Standard deviations of a difference that is taken for one."""
@@ -175,12 +175,12 @@ def diagnose(controller: AdaptiveController) -> Diagnosis:
 
 def _parameters(controller: AdaptiveController) -> Iterator[ParameterDiagnosis]:
     block, state = controller.parameters, controller.state
-    slopes = jacobian(block, state, len(controller.estimate_names))
     units = np.concatenate([np.zeros(LOOP), np.where(block.prior.scaled, state.unit, 1.0)])
     first = np.zeros((units.size, units.size))
     first[LOOP:, LOOP:] = unpacked(block.prior.covariance) * np.outer(units[LOOP:], units[LOOP:])
     first[1, 1] = (block.tuning.load * state.unit) ** 2
-    before = np.sqrt(np.maximum(np.einsum("ij,jk,ik->i", slopes, first, slopes), 0.0))
+    member = Member(state.mean, packed(first))
+    before = deviations(block, state._replace(quiet=member, loud=member), len(controller.estimate_names))
     uncertain = controller.uncertainties
     for (name, estimate), prior in zip(controller.estimates.items(), before.tolist(), strict=True):
         learnt = min(uncertain[name] / prior, 1.0) if prior > 0.0 else 1.0

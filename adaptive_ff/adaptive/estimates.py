@@ -4,13 +4,12 @@ import math
 
 import numpy as np
 
-from adaptive_ff.adaptive.prior import map_place
 from adaptive_ff.adaptive.state import AdaptiveParameters, AdaptiveState
 from adaptive_ff.friction.columns import COULOMB, INERTIA, PATHS, STICTION, VISCOUS
 from adaptive_ff.learning.kalman import LOOP
 from controllers import ESTIMATES
 from controllers.arrays import NDArray
-from controllers.triangle import unpacked
+from controllers.triangle import row_of
 
 Array = NDArray[np.float64]
 
@@ -50,42 +49,63 @@ def write_physical(block: AdaptiveParameters, state: AdaptiveState, row: Array) 
 ESTIMATES[AdaptiveParameters] = write_physical
 
 
-def mixture_covariance(state: AdaptiveState) -> Array:
-    """Return the covariance of the two members together: the mean of theirs, and what their means differ by."""
-    apart = state.loud.mean - state.quiet.mean
-    weight = state.weight
-    mixed = (1.0 - weight) * state.quiet.covariance + weight * state.loud.covariance
-    return unpacked(mixed) + weight * (1.0 - weight) * np.outer(apart, apart)
-
-
-def jacobian(block: AdaptiveParameters, state: AdaptiveState, count: int) -> Array:
-    """Return the derivatives of so many physical estimates with respect to the states of the filter."""
+def fill_slopes(block: AdaptiveParameters, state: AdaptiveState, slopes: Array) -> None:
+    """Write the derivatives of the physical estimates, a row each, with respect to the states of the filter."""
     hypothesis, mean = block.hypothesis, state.mean
-    paths, further = hypothesis.distances.size, hypothesis.regressors
-    slopes = np.zeros((count, mean.size))
-    slopes[0, LOOP + INERTIA] = slopes[3, LOOP + VISCOUS] = 1.0
-    over = slice(LOOP + PATHS, LOOP + PATHS + paths)
-    slopes[1, LOOP + COULOMB] = slopes[2, LOOP + STICTION] = 1.0
-    slopes[1:3, over] = 1.0
-    slopes[4, -2], slopes[-2, -1] = math.exp(mean[-2]), math.exp(mean[-1])
-    sizes = map_place(hypothesis) - PATHS - paths
+    count, paths, further, last = slopes.shape[0], hypothesis.distances.size, hypothesis.regressors, mean.size - 1
+    for row in range(count):
+        for column in range(mean.size):
+            slopes[row, column] = 0.0
+    slopes[0, LOOP + INERTIA], slopes[3, LOOP + VISCOUS] = 1.0, 1.0
+    slopes[1, LOOP + COULOMB], slopes[2, LOOP + STICTION] = 1.0, 1.0
+    slopes[4, last - 1], slopes[count - 2, last] = math.exp(mean[last - 1]), math.exp(mean[last])
+    coulomb, reach = mean[LOOP + COULOMB], 0.0
+    for i in range(paths):
+        part = mean[LOOP + PATHS + i]
+        coulomb += part
+        reach += part * hypothesis.distances[i]
+        slopes[1, LOOP + PATHS + i], slopes[2, LOOP + PATHS + i] = 1.0, 1.0
+    first = LOOP + PATHS + paths
+    sizes = 2 * int(hypothesis.directions) + 2 * hypothesis.waves.size
     place = OFFSET
     if count > OFFSET + sizes + further + 2:
         slopes[place, HELD] = 1.0
         place += 1
-    slopes[place : place + sizes, LOOP + PATHS + paths : LOOP + PATHS + paths + sizes] = np.eye(sizes)
+    for i in range(sizes):
+        slopes[place + i, first + i] = 1.0
     place += sizes
-    slopes[place : place + further, mean.size - 2 - further : mean.size - 2] = np.eye(further)
-    coulomb = float(mean[LOOP + COULOMB] + mean[over].sum())
+    for i in range(further):
+        slopes[place + i, last - 1 - further + i] = 1.0
     if coulomb > 0.0:
-        reach = float(hypothesis.distances @ mean[over]) / coulomb
-        slopes[-1, over] = (hypothesis.distances - reach) / coulomb
-        slopes[-1, LOOP + COULOMB] = -reach / coulomb
-    return slopes
+        reach /= coulomb
+        slopes[count - 1, LOOP + COULOMB] = -reach / coulomb
+        for i in range(paths):
+            slopes[count - 1, LOOP + PATHS + i] = (hypothesis.distances[i] - reach) / coulomb
+
+
+def write_deviations(block: AdaptiveParameters, state: AdaptiveState, slopes: Array, row: Array) -> None:
+    """Write the standard deviations of the physical estimates in a row, and their slopes.
+
+    The covariance is that of the two members together: the mean of theirs, and what their means differ by.
+    """
+    fill_slopes(block, state, slopes)
+    quiet, loud, weight = state.quiet, state.loud, state.weight
+    for k in range(row.size):
+        total = 0.0
+        for i in range(state.mean.size):
+            if slopes[k, i] != 0.0:
+                apart = weight * (1.0 - weight) * (loud.mean[i] - quiet.mean[i])
+                for j in range(i + 1):
+                    if slopes[k, j] != 0.0:
+                        place = row_of(i) + j
+                        mixed = (1.0 - weight) * quiet.covariance[place] + weight * loud.covariance[place]
+                        mixed += apart * (loud.mean[j] - quiet.mean[j])
+                        total += (2.0 if j < i else 1.0) * slopes[k, i] * mixed * slopes[k, j]
+        row[k] = math.sqrt(max(total, 0.0))
 
 
 def deviations(block: AdaptiveParameters, state: AdaptiveState, count: int) -> Array:
     """Return the standard deviations of so many physical estimates."""
-    slopes = jacobian(block, state, count)
-    found: Array = np.sqrt(np.maximum(np.einsum("ij,jk,ik->i", slopes, mixture_covariance(state), slopes), 0.0))
+    found = np.zeros(count)
+    write_deviations(block, state, np.zeros((count, state.mean.size)), found)
     return found

@@ -24,6 +24,7 @@ from adaptive_ff.cli.identify import identify_command, score_command
 from adaptive_ff.cli.new import new_command
 from adaptive_ff.cli.options import command
 from adaptive_ff.cli.output import printable
+from adaptive_ff.cli.playground import playground_command
 from adaptive_ff.cli.replay import replay_command
 from adaptive_ff.cli.studies import matrix_command, scenarios_command, sweep_command
 from adaptive_ff.cli.tune import tune_command
@@ -77,6 +78,7 @@ for _name, _command in (
     ("replay", replay_command),
     ("export", export_command),
     ("score", score_command),
+    ("playground", playground_command),
 ):
     app.command(_name)(command(_command))
 

@@ -68,21 +68,26 @@ def tracking_errors(
     changes : sequence of float, optional
         Times of changes of the joint, s.
     """
-    size = squares.size
+    settled, start, windows, after = error_slices(squares.size, period, begin=begin, changes=changes)
+
+    def rms(part: slice) -> float:
+        return math.sqrt(float(np.mean(squares[part])))
+
+    return TrackingErrors(rms(settled), rms(start), tuple(map(rms, windows)), tuple(map(rms, after)))
+
+
+def error_slices(
+    size: int, period: float, *, begin: float = 0.0, changes: Sequence[float] = ()
+) -> tuple[slice, slice, list[slice], list[slice]]:
+    """Return where the errors of a run of some steps count: settled, in the start, in windows, and after changes."""
 
     def place(time: float) -> int:
         return min(size - 1, math.ceil(time / period - 1e-6))
 
-    def rms(first: int, stop: int | None) -> float:
-        return math.sqrt(float(np.mean(squares[first:stop])))
-
     five, first = round(START / period), place(begin)
-    return TrackingErrors(
-        rms(place(settled_start(max(changes, default=0.0), (size - 1) * period)), None),
-        rms(first, first + five + 1),
-        tuple(rms(window.start, window.stop) for window in window_slices(size, period)),
-        tuple(rms(place(change), place(change) + five) for change in changes),
-    )
+    settled = slice(place(settled_start(max(changes, default=0.0), (size - 1) * period)), size)
+    after = [slice(place(change), place(change) + five) for change in changes]
+    return settled, slice(first, first + five + 1), window_slices(size, period), after
 
 
 def first_motion_time(reference: Array, period: float) -> float:

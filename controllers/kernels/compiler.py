@@ -26,6 +26,9 @@ FLAGS = (
 )
 """Flags of kernels: products and sums stay as they are, integers wrap around."""
 
+ZIG_COMPILER = (sys.executable, "-m", "ziglang", "cc")
+"""The compiler of the package ``ziglang``, which compiles for other machines as well."""
+
 ZIG = ("-mcpu=baseline", "-fno-sanitize=undefined")
 """Further flags of zig: no instructions that other machines lack."""
 
@@ -48,7 +51,7 @@ def _compiler(given: str) -> tuple[str, ...] | None:
         if shutil.which(command[0]) and _works(command):
             return tuple(command)
     if not given and importlib.util.find_spec("ziglang") is not None:
-        return (sys.executable, "-m", "ziglang", "cc")
+        return ZIG_COMPILER
     return None
 
 
@@ -68,17 +71,20 @@ def _works(command: Sequence[str]) -> bool:
             return False
 
 
-def compile_files(sources: Sequence[Path], target: Path, flags: Sequence[str]) -> None:
+def compile_files(
+    sources: Sequence[Path], target: Path, flags: Sequence[str], command: Sequence[str] | None = None
+) -> None:
     """Compile sources to one file that appears at once and complete, whoever else makes it at the same time.
 
-    Further flags, such as those of sanitizers, stand in the variable ``ADAPTIVE_FF_CFLAGS``.
+    The command is that of :func:`compiler` unless another is given. Further flags, such as those of sanitizers, stand
+    in the variable ``ADAPTIVE_FF_CFLAGS``.
 
     Raises
     ------
     NoCompiler
         There is none, or it fails; the message has its first line.
     """
-    command = compiler()
+    command = compiler() if command is None else command
     if command is None:
         raise NoCompiler("no C compiler is found: install one, name it in the variable CC, or pip install ziglang")
     extra = [*(ZIG if "ziglang" in command else ()), *shlex.split(os.environ.get("ADAPTIVE_FF_CFLAGS", ""))]

@@ -93,15 +93,15 @@ _FORMS: dict[Hashable, tuple[int, struct.Struct]] = {}
 def _form(value: Any, kind: Hashable) -> tuple[int, struct.Struct]:
     """Return size (bytes) and format of a value, found once for a structure."""
     if kind not in _FORMS:
-        layout = _layout(value)
+        layout = record_type(value)
         _FORMS[kind] = (layout.itemsize, struct.Struct(_format(list(_places(value, layout, 0)))))
     return _FORMS[kind]
 
 
-def _layout(value: Any) -> np.dtype[Any]:
+def record_type(value: Any) -> np.dtype[Any]:
     """Return the layout of a value as the type of a numpy record."""
     if isinstance(value, tuple):
-        fields = [(f"f{place}", _layout(item)) for place, item in enumerate(value)]
+        fields = [(f"f{place}", record_type(item)) for place, item in enumerate(value)]
         return np.dtype(fields, align=True)
     if isinstance(value, np.ndarray):
         return np.dtype([("array", POINTER, (1 + value.ndim,))], align=True)

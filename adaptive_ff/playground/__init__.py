@@ -1,0 +1,1 @@
+"""The controller in a browser: one page on which a loop runs from the kernels of this package."""

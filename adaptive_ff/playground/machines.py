@@ -1,0 +1,204 @@
+"""What the page shows: machines, motions, and what its sliders change in a scenario."""
+
+import math
+import tomllib
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from adaptive_ff.scenario.axis_units import axis_unit
+from adaptive_ff.scenario.new import new_scenario_text
+from adaptive_ff.scenario.reference import Multisine
+from adaptive_ff.scenario.scenario import Scenario, load_scenario, parse_scenario
+from controllers import fastest_bandwidth
+
+Tables = dict[str, Any]
+"""Values by table and field, as :meth:`Scenario.modified` takes them."""
+
+STOPS = 20
+"""Steps of a slider."""
+
+
+@dataclass(frozen=True)
+class Slider:
+    """One value of a scenario that a reader may change.
+
+    Attributes
+    ----------
+    name, unit, says : str
+        Its name, its unit, and what it means in one line.
+    stops : tuple of float
+        Values that it may have, as they are shown.
+    start : int
+        Stop at which it begins, where the scenario is as it was.
+    tables : callable
+        What a value changes in the scenario.
+    beside : dict
+        What must hold in the scenario for all stops to be possible.
+    """
+
+    name: str
+    unit: str
+    says: str
+    stops: tuple[float, ...]
+    start: int
+    tables: Callable[[float], Tables]
+    beside: Tables = field(default_factory=dict)
+
+    def changed(self, stop: int) -> Tables:
+        """Return what a stop changes in the scenario; nothing where the slider begins."""
+        return {} if stop == self.start else self.tables(self.stops[stop])
+
+
+@dataclass(frozen=True)
+class Machine:
+    """A scenario with its sliders."""
+
+    name: str
+    scenario: Scenario
+    sliders: tuple[Slider, ...]
+
+    @property
+    def peak(self) -> float:
+        """Largest velocity of every motion, rad/s."""
+        assert isinstance(self.scenario.reference, Multisine)
+        assert self.scenario.reference.peak is not None
+        return self.scenario.reference.peak
+
+    @property
+    def motions(self) -> dict[str, Tables]:
+        """Reference of each motion by its name; the first is that of the scenario."""
+        peak = self.peak
+        return {
+            "multisine": self.scenario.model_dump(mode="json", exclude_unset=True)["reference"],
+            "sine": {"kind": "multisine", "frequencies": [0.25], "amplitudes": [1.0], "peak": peak},
+            "point to point": {
+                "kind": "point_to_point",
+                "distance": 1.5 * peak,
+                "speed": peak,
+                "acceleration": 4.0 * peak,
+                "dwell": 1.0,
+            },
+        }
+
+    @property
+    def tables(self) -> Tables:
+        """Content of the scenario file, but for the reference."""
+        content = self.scenario.model_dump(mode="json", exclude_unset=True, exclude={"reference"})
+        return {**content, "controllers": ["pi", "adaptive"]}
+
+    def modified(self, motion: str, *changes: Tables) -> Scenario:
+        """Return the scenario with a motion and with other values."""
+        content = {**self.tables, "reference": self.motions[motion]}
+        for tables in changes:
+            for table, value in tables.items():
+                content[table] = {**content.get(table, {}), **value} if isinstance(value, dict) else value
+        return parse_scenario(content, self.name)
+
+
+def _field(table: str, name: str) -> Callable[[float], Tables]:
+    return lambda value: {table: {name: value}}
+
+
+def _around(value: float, share: float, most: float) -> tuple[float, ...]:
+    """Return stops from a share of a value to a multiple of it; one is the value itself."""
+    shares = np.append(np.geomspace(share, 1.0, STOPS // 2 + 1), np.geomspace(1.0, most, STOPS // 2 + 1)[1:])
+    return tuple(value if one == 1.0 else float(f"{value * one:.3g}") for one in shares.tolist())
+
+
+def _up_to(most: float) -> tuple[float, ...]:
+    """Return even stops from zero on."""
+    return tuple(float(f"{most * k / STOPS:.3g}") for k in range(STOPS + 1))
+
+
+def _with(value: float, stops: tuple[float, ...]) -> tuple[tuple[float, ...], int]:
+    """Return stops with a value in the place of the next one to it, and that place."""
+    place = min(range(len(stops)), key=lambda k: abs(stops[k] - value))
+    return (*stops[:place], value, *stops[place + 1 :]), place
+
+
+def sliders(scenario: Scenario) -> Iterator[Slider]:
+    """Yield the sliders of a scenario: of a joint with lagged Stribeck friction, with a multisine, without changes."""
+    joint, sensor = scenario.joint, scenario.sensor
+
+    def unit(text: str) -> str:
+        return axis_unit(joint.axis, text)
+
+    friction = _with(joint.coulomb, _up_to(2.0 * joint.stiction))[0]
+    friction, _ = _with(joint.stiction, friction)
+    mass = "mass" if joint.axis == "linear" else "inertia"
+    yield Slider(
+        mass,
+        unit("kg m²"),
+        f"true {mass}; both loops are designed for {joint.inertia:g}",
+        *_with(joint.inertia, _around(joint.inertia, 0.5, 2.0)),
+        _field("joint", "inertia"),
+    )
+    for name, key, says, beside in (
+        ("Coulomb friction", "coulomb", "friction that sliding has at every speed", {"stiction": friction[-1]}),
+        ("stiction", "stiction", "friction at which the joint breaks away from rest", {"coulomb": friction[0]}),
+    ):
+        place = friction.index(getattr(joint, key))
+        yield Slider(name, unit("N m"), says, friction, place, _field("joint", key), {"joint": beside})
+    lag = getattr(joint, "friction_lag", 0.0)
+    yield Slider(
+        "friction lag",
+        "ms",
+        "time by which friction follows velocity",
+        *_with(1e3 * lag, _up_to(max(3e3 * lag, 30.0))),
+        lambda value: {"joint": {"friction_lag": value / 1e3}},
+    )
+    hertz = scenario.feedback.hertz
+    yield Slider(
+        "bandwidth",
+        "Hz",
+        "crossover that both loops are designed for",
+        *_with(hertz, _around(hertz, 0.2, 0.98 * fastest_bandwidth(scenario.sampling.period) / hertz)),
+        _field("feedback", "bandwidth"),
+    )
+    if sensor.encoder_resolution is None:
+        noise = sensor.velocity_noise
+        yield Slider(
+            "noise",
+            unit("rad/s"),
+            "of the measured velocity, standard deviation",
+            *_with(noise, _up_to(4.0 * noise)),
+            _field("sensor", "velocity_noise"),
+        )
+    else:
+        counts = round(2.0 * math.pi / sensor.encoder_resolution)
+        yield Slider(
+            "encoder",
+            "counts/turn",
+            "the velocity is made of its readings",
+            *_with(counts, tuple(float(2**power) for power in range(9, 19))),
+            lambda value: {"sensor": {"encoder_resolution": 2.0 * math.pi / value}},
+        )
+    yield Slider(
+        "load step",
+        unit("N m"),
+        "constant load from half-time on",
+        _up_to(joint.stiction),
+        0,
+        lambda value: {"change": [{"time": 0.5 * scenario.length, "load": value}]},
+    )
+    if joint.axis == "rotary":
+        yield Slider(
+            "gravity",
+            "N m",
+            "weight of the arm, times the sine of its position",
+            _up_to(joint.stiction),
+            0,
+            _field("joint", "gravity"),
+        )
+
+
+def machines() -> list[Machine]:
+    """Return the machines of the page: the built-in scenario, a servo of the package, and a belt axis."""
+    robot, servo = load_scenario(), load_scenario("servo")
+    belt = tomllib.loads(new_scenario_text(10.0, 200.0, 1.0, period=0.01, linear=True))
+    axis = parse_scenario({**belt, "reference": {"peak": 0.5}}, "belt axis")
+    named = {"robot joint": robot, "servo": servo, "belt axis": axis}
+    return [Machine(name, found, tuple(sliders(found))) for name, found in named.items()]
