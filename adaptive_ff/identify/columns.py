@@ -30,14 +30,8 @@ NO_LAG, NO_SPEED = 1e-6, 1e-9
 class Shape(NamedTuple):
     """What unit torques depend on other than linearly; zero where the joint does without.
 
-    Attributes
-    ----------
-    friction_lag : float
-        Time constant with which friction follows its static curve, s.
-    path : float
-        Displacement over which Coulomb friction turns after a reversal, rad.
-    stribeck_velocity : float
-        Speed over which friction passes from ``coulomb + stiction_excess`` to ``coulomb``, rad/s.
+    Time constant with which friction follows its static curve, s; displacement over which Coulomb friction turns after
+    a reversal, rad; speed over which friction passes from ``coulomb + stiction_excess`` to ``coulomb``, rad/s.
     """
 
     friction_lag: float = 0.0

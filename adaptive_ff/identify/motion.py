@@ -54,18 +54,9 @@ TUNING = Tuning()
 
 
 class Segment(NamedTuple):
-    """Samples of a log without a gap, at even times.
+    """Samples of a log without a gap, at even times: start and sample time, s; position, rad; torque, N m.
 
-    Attributes
-    ----------
-    start : float
-        Time of the first sample, s.
-    period : float
-        Sample time, s.
-    position, torque : ndarray, shape (n,)
-        Position (rad) and torque (N m).
-    known : ndarray, shape (n,)
-        Torque that is known and was taken from the drive's, N m; zeros where there is none.
+    The known torque that was taken from the drive's is zero where there is none.
     """
 
     start: float
@@ -76,15 +67,7 @@ class Segment(NamedTuple):
 
 
 class Noise(NamedTuple):
-    """White noise of a position, or of a velocity.
-
-    Attributes
-    ----------
-    density : float
-        Its density, rad^2/Hz or (rad/s)^2/Hz.
-    of_position : bool
-        Which of them.
-    """
+    """White noise of a position, or of a velocity: its density, rad^2/Hz or (rad/s)^2/Hz, and which of them."""
 
     density: float
     of_position: bool
@@ -105,18 +88,10 @@ class Noise(NamedTuple):
 
 
 class Spectrum(NamedTuple):
-    """Where the motion ends and the noise begins.
+    """Where the motion ends and the noise begins, Hz.
 
-    Attributes
-    ----------
-    motion : float
-        Frequency below which nearly all power of the velocity is, Hz.
-    quiet : float
-        Frequency up to which the noise of the acceleration is small, Hz.
-    noise : Noise
-        Noise of the velocity.
-    slow : float
-        Frequency of the middle of the velocity's power, Hz.
+    Frequency below which nearly all power of the velocity is; up to which the noise of the acceleration is small; noise
+    of the velocity; and the middle of the velocity's power.
     """
 
     motion: float
@@ -200,15 +175,7 @@ def _rounding(values: Array) -> float:
 
 
 class Filter(NamedTuple):
-    """A zero-phase low-pass.
-
-    Attributes
-    ----------
-    sections : ndarray
-        Second-order sections.
-    padding : int
-        Samples by which a series is continued at both ends.
-    """
+    """A zero-phase low-pass: second-order sections, and samples by which a series is continued at both ends."""
 
     sections: Array
     padding: int
@@ -227,26 +194,11 @@ def lowpass(corner: float, period: float, tuning: Tuning = TUNING) -> Filter:
 
 
 class Rows(NamedTuple):
-    """A segment at the working rate, and which rows of it are regressed.
+    """A segment at the working rate (s), behind the wide filter, and which rows of it are regressed.
 
-    Attributes
-    ----------
-    period : float
-        Time between samples, s.
-    time, position, velocity : ndarray, shape (n,)
-        Time (s), and position (rad) and velocity (rad/s) behind the wide filter.
-    direction : ndarray, shape (n,)
-        Sign of the velocity, between -1 and 1 where it crosses zero.
-    torque, known : ndarray, shape (n,)
-        Torque, and the known one, behind the wide filter, N m.
-    narrow : Filter
-        The filter of the band.
-    kept : ndarray of int
-        Samples that are rows.
-    slides : ndarray of bool
-        Of these, those that no standstill is in.
-    noise : float
-        Noise of the velocity behind the wide filter, rad/s.
+    ``direction`` is the sign of the velocity, between -1 and 1 where it crosses zero; ``narrow`` the band's filter;
+    ``kept`` are the samples that are rows, and ``slides`` those of them without standstill; ``noise`` is that of the
+    velocity, rad/s.
     """
 
     period: float
@@ -275,19 +227,7 @@ def derivative(values: Array, period: float) -> Array:
 
 
 def make_rows(segment: Segment, band: float, noise: Noise, fast: float, tuning: Tuning = TUNING) -> Rows:
-    """Return the rows of a segment.
-
-    Parameters
-    ----------
-    segment : Segment
-        The segment.
-    band : float
-        Band, Hz.
-    noise : Noise
-        Noise of the motion.
-    fast : float
-        Speed that few samples exceed, rad/s.
-    """
+    """Return the rows of a segment in a band, Hz; ``fast`` is a speed that few samples exceed, rad/s."""
     period = segment.period
     clean = noise.corner((0.3 * tuning.standstill * fast) ** 2)
     corner = max(band, min(tuning.wide * band, 0.4 / period, clean))

@@ -44,34 +44,10 @@ BUTTERWORTH = 0.8
 class Prepared(NamedTuple):
     """A log, ready for the regression.
 
-    Attributes
-    ----------
-    log : Log
-        The log, cleaned.
-    segments : list of Segment
-        Its segments, as measured ...
-    rows : list of Rows
-        ... and filtered.
-    torque, velocity, position, time : ndarray, shape (n,)
-        Torque in the band, and motion, at the sliding rows.
-    block : ndarray of int, shape (n,)
-        Block of each row.
-    blocks : int
-        Number of blocks.
-    band, fast, period : float
-        Band, Hz; speed that few samples exceed, rad/s; sample time, s.
-    noise : dict of float
-        Variance of the noise of a column in a row, by its name.
-    found : Spectrum
-        Where motion and noise are.
-    has_known, delay_known : bool
-        Whether there is a known torque, and whether the time of the torque is known.
-    used : int
-        Number of samples of the segments.
-    skipped : list of Skipped
-        What was not used.
-    said : list of str
-        What was done to the log.
+    The cleaned log and its segments, as measured and filtered; torque in the band (N m), velocity, position and time at
+    the sliding rows, with the block of each; band (Hz), speed that few samples exceed (rad/s), sample time (s);
+    variance of the noise in a row by column; where motion and noise are; whether there is a known torque, and whether
+    the time of the torque is known; samples that were used, what was not, and what was done to the log.
     """
 
     log: Log
@@ -98,18 +74,7 @@ class Prepared(NamedTuple):
 def prepare(
     log: Log, *, bandwidth: float | None = None, torque_delay: float | None = None, linear: bool = False
 ) -> Prepared:
-    """Make a log ready.
-
-    Parameters
-    ----------
-    log : Log
-        The log.
-    bandwidth : float, optional
-        Band of the regression, Hz; chosen by the motion if not given.
-    torque_delay : float, optional
-        Time after its stamp at which a torque acts, s.
-    linear : bool, optional
-        Whether the axis is linear.
+    """Make a log ready, in a band (Hz; the motion's own if none is given) and with the torque late by a delay (s).
 
     Raises
     ------

@@ -25,16 +25,8 @@ NOISE_SHARE = 0.5
 class Blocks(NamedTuple):
     """Sums over the rows of each block: all that least squares needs.
 
-    Attributes
-    ----------
-    names : tuple of str
-        Names of the columns.
-    gram, clean : ndarray, shape (blocks, n, n)
-        Products of the columns, and the same freed of the noise of the measured motion in them, with the prior's.
-    moment : ndarray, shape (blocks, n)
-        Products of columns and torque.
-    power, rows : ndarray, shape (blocks,)
-        Square of the torque, and number of rows.
+    Products of the columns, and the same freed of the noise of the measured motion in them and with the prior's;
+    products of columns and torque; square of the torque, and number of rows.
     """
 
     names: tuple[str, ...]

@@ -16,12 +16,8 @@ from adaptive_ff.identify.regression import Blocks, left_out_errors, quantile, s
 class Rule(NamedTuple):
     """When further terms are taken.
 
-    Attributes
-    ----------
-    errors : float
-        Standard errors over the blocks by which their mean square error must fall ...
-    gain : float
-        ... and the share of the rms residual that must go.
+    The standard errors over the blocks by which the mean square error must fall, and the share of the rms residual that
+    must go.
     """
 
     errors: float
@@ -61,17 +57,7 @@ class Model(NamedTuple):
 
 
 class Fitted(NamedTuple):
-    """A model with its estimates.
-
-    Attributes
-    ----------
-    model : Model
-        The model.
-    values, lower, upper : dict of float
-        Estimates, and ends of their intervals, by name; of the shape as well.
-    errors : ndarray, shape (blocks,)
-        Mean square errors of the blocks when they were left out.
-    """
+    """A model with estimates, ends of their intervals by name, and mean square errors of blocks that were left out."""
 
     model: Model
     values: dict[str, float]
@@ -81,18 +67,9 @@ class Fitted(NamedTuple):
 
 
 class Selection(NamedTuple):
-    """What was selected.
+    """The textbook's model, that with the refinements that were taken, and what each textbook column has of its own.
 
-    Attributes
-    ----------
-    textbook : Fitted
-        The textbook's model.
-    refined : Fitted or None
-        With refinements; None without.
-    taken : tuple of str
-        Refinements in the order in which they were taken.
-    tolerance : dict of float
-        Share of each textbook column that the others do not explain, gravity's among them on a rotary axis.
+    The tolerance is the share of a column that the others do not explain, gravity's among them on a rotary axis.
     """
 
     textbook: Fitted

@@ -21,7 +21,7 @@ MINUS = "\N{MINUS SIGN}"
 """Sign that spreadsheets and tables for print have before numbers in the place of a hyphen."""
 
 COMMENT = "#"
-"""Lines that begin with it are comments; the last one before the numbers may be the header."""
+"""What follows it is a comment; the last one before the numbers may be the header."""
 
 NO_DAY = date(1970, 1, 1)
 """Day of a time that is given without one."""
@@ -74,9 +74,7 @@ def read_table(path: Path, wanted: Collection[str]) -> tuple[list[str], dict[str
     places = [_place(path, layout, name) for name in names]
     if not places:
         return layout.names, {}
-    table = _read_quickly(path, layout, places)
-    if table is None:
-        table = _read_cells(path, layout, places)
+    table = _read_cells(path, layout, places)
     return layout.names, {name: table[:, place] for place, name in enumerate(names)}
 
 
@@ -189,42 +187,11 @@ def _is_number_with_comma(cell: str) -> bool:
     return cell == "" or (cell[0] != "," != cell[-1] and math.isfinite(_number(cell, True)))
 
 
-def _read_quickly(path: Path, layout: Layout, places: list[int]) -> NDArray[np.float64] | None:
-    """Read a table that holds nothing but numbers; None where it does not."""
-    if layout.comma:
-        return None
-    with _opened(path) as stream, warnings.catch_warnings(action="ignore"):  # a file without rows is refused later
-        lines = _checked_lines(path, islice(stream, layout.skipped, None), layout)
-        try:
-            return np.loadtxt(lines, comments=COMMENT, delimiter=layout.separator or None, usecols=places, ndmin=2)
-        except InputError:
-            raise
-        except ValueError:
-            return None
-
-
-def _checked_lines(path: Path, lines: Iterator[str], layout: Layout) -> Iterator[str]:
-    """Yield lines below the header; refuse one with more cells than the header has names."""
-    separator, most = layout.separator, len(layout.names) - 1
-    for place, line in enumerate(lines):
-        if (line.count(separator) if separator else len(line.split(None, most + 1)) - 1) > most:
-            row = _cells(line.partition(COMMENT)[0], separator)
-            if _is_too_wide(layout, row):
-                with _opened(path) as stream:
-                    before = islice(stream, layout.skipped, layout.skipped + place + 1)
-                    _check_width(path, layout, row, sum(1 for _ in _rows(before, layout.separator)))
-        yield line
-
-
-def _is_too_wide(layout: Layout, row: list[str]) -> bool:
-    """Tell whether a row has a cell beyond those of the header, and a number: a last line of words is none."""
-    if not layout.is_headed or not any(cell.strip() for cell in row[len(layout.names) :]):
-        return False
-    return any(math.isfinite(_number(cell, layout.comma)) for cell in row)
-
-
 def _check_width(path: Path, layout: Layout, row: list[str], number: int) -> None:
-    if _is_too_wide(layout, row):
+    """Refuse a row with a number and a cell beyond those of the header; a last line of words is none."""
+    if not layout.is_headed or not any(cell.strip() for cell in row[len(layout.names) :]):
+        return
+    if any(math.isfinite(_number(cell, layout.comma)) for cell in row):
         width = max(place for place, cell in enumerate(row, 1) if cell.strip())
         raise InputError(
             f"{path}: the header has {counted(len(layout.names), 'name')}, but row {number} has {width} cells: a "
@@ -236,24 +203,31 @@ def _check_width(path: Path, layout: Layout, row: list[str], number: int) -> Non
 def _read_cells(path: Path, layout: Layout, places: list[int], *, complete: bool = False) -> NDArray[np.float64]:
     """Read some columns cell by cell; where the table must be complete, refuse a cell without a finite number."""
     values, clock = array("d"), Clock()  # a list of numbers would take eight times the memory
-    words, first = 0, ""
+    words, first, width = 0, "", len(layout.names)
     with _opened(path) as stream:
         for number, row in enumerate(_rows(islice(stream, layout.skipped, None), layout.separator), 1):
-            if any("\n" in cell for cell in row):
+            if "\n" in "".join(row):
                 line = number + layout.skipped
                 raise InputError(f"{path}: a quote that begins in or after line {line} is not closed in that line")
-            _check_width(path, layout, row, number)
+            if len(row) > width:
+                _check_width(path, layout, row, number)
             if complete and not any(cell.strip() for cell in row):
                 continue
             for place in places:
                 cell = row[place] if place < len(row) else ""
-                values.append(_number(cell, layout.comma, clock))
-                if complete and not math.isfinite(values[-1]):
+                try:
+                    value = math.nan if "_" in cell else float(cell)
+                except ValueError:
+                    value = _number(cell, layout.comma, clock)
+                values.append(value)
+                if value - value == 0.0:  # a finite number
+                    continue
+                if complete:
                     raise InputError(
                         f"{path}: {layout.names[place]} = {cell[:40]!r} in row {number} is not allowed: it must be a "
                         "finite number"
                     )
-                if math.isnan(values[-1]) and cell.strip().lower() not in UNKNOWN:
+                if value != value and cell.strip().lower() not in UNKNOWN:
                     words += 1
                     first = first or f"{layout.names[place]} = {cell[:40]!r} in row {number}"
     if words:
@@ -263,7 +237,8 @@ def _read_cells(path: Path, layout: Layout, places: list[int], *, complete: bool
 
 
 def _rows(stream: Iterator[str], separator: str) -> Iterator[list[str]]:
-    lines = (line for line in stream if line.strip() and not line.lstrip().startswith(COMMENT))
+    bare = (line.partition(COMMENT)[0] if COMMENT in line else line for line in stream)
+    lines = (line for line in bare if not line.isspace() and line)
     return csv.reader(lines, delimiter=separator) if separator else (line.split() for line in lines)
 
 
