@@ -192,43 +192,36 @@ def plot_comparison(comparison: Comparison, folder: str | Path | None = None) ->
 
 def _tracking(runs: Mapping[str, Run], looks: Mapping[str, Look]) -> Figure:
     first = next(iter(runs.values()))
-    positions = {name: 1e3 * run.position_error for name, run in runs.items() if run.position_error is not None}
-    several = 4 if positions else 3
-    figure, panels = make_panels(several, 2.4 * several, shared=False)
-    tracking, error, rms = panels[0], panels[1], panels[-1]
-    axis, part = first.scenario.joint.axis, _close_up(first)
+    axis, part, end = first.scenario.joint.axis, _close_up(first), float(first.solver_time[-1])
     time, reference = first.solver_time[part], first.reference[part]
-    velocities = {name: runs[name].velocity[part] for name in _most_different(runs)}
     errors = {name: 1e3 * (run.reference - run.velocity) for name, run in runs.items()}
-    draw_series(tracking, time, reference, REFERENCE)
-    for axes, curves in (
-        (tracking, velocities),
-        (error, {name: whole[part] for name, whole in errors.items()}),
-        (panels[2], {name: whole[part] for name, whole in positions.items()}),
-    ):
-        for name, curve in curves.items():
-            draw_series(axes, time, curve, looks[name])
-        if axes is not tracking and curves:
-            frame([axes], curves, 20.0 * typical_peak(curves))
-    frame([tracking], {"": reference, **velocities}, 3.0 * peak_of(reference) or 20.0 * typical_peak(velocities))
-    window = 0.0
-    for name, whole in errors.items():
-        ends, squares, window = _running_rms(first.solver_time, whole)
-        rms.plot(ends, squares, **looks[name])
-    make_logarithmic(rms, min(window, 0.1 * float(first.solver_time[-1])))
-    label_above(tracking, axis_label(axis, "velocity (rad/s), close-up"))
-    label_above(error, axis_label(axis, "error (mrad/s), same close-up"))
+    positions = {name: 1e3 * run.position_error for name, run in runs.items() if run.position_error is not None}
+    velocities = {name: runs[name].velocity for name in _most_different(runs)}
+
+    def close_up(label: str, series: Mapping[str, Series], cap: float | None = None) -> Panel:
+        near = {name: whole[part] for name, whole in series.items()}
+        curves = [(time, curve, looks[name]) for name, curve in near.items()]
+        limit = cap or 20.0 * typical_peak(near)
+        return Panel(axis_label(axis, label), curves, span=(float(time[0]), float(time[-1])), cap=limit)
+
+    tracking = close_up("velocity (rad/s), close-up", velocities, 3.0 * peak_of(reference))
+    tracking.curves = [(time, reference, REFERENCE), *tracking.curves]
+    panels = [tracking, close_up("error (mrad/s), same close-up", errors)]
     if positions:
-        label_above(panels[2], axis_label(axis, "position error (mrad), same close-up"))
-    unit = axis_label(axis, "mrad/s")
-    label_above(rms, f"rms error over the last {window:.3g} s ({unit}), whole run, close-up shaded")
-    for axes in panels[:-1]:
-        axes.set(xlim=(time[0], time[-1]))
-        axes.tick_params(labelbottom=axes is panels[-2])
-    panels[-2].set(xlabel="time (s)")
-    rms.set(xlim=(0.0, first.solver_time[-1]), xlabel="time (s)")
-    rms.axvspan(time[0], time[-1], color="#f0f0f0", zorder=0.4)
-    explain_looks(figure, [REFERENCE, *looks.values(), *mark_changes(panels, first.scenario)])
+        panels.append(close_up("position error (mrad), same close-up", positions))
+    running = {name: _running_rms(first.solver_time, whole) for name, whole in errors.items()}
+    window = next(iter(running.values()))[2]
+    label = f"rms error over the last {window:.3g} s ({axis_label(axis, 'mrad/s')}), whole run, close-up shaded"
+    curves = [(ends, rms, looks[name]) for name, (ends, rms, _) in running.items()]
+    panels.append(Panel(label, curves, span=(0.0, end)))
+    keys = [REFERENCE, *looks.values(), *mark_changes([], first.scenario)]
+    figure, axes = picture(panels, 2.4 * len(panels), shared=False, keys=keys)
+    make_logarithmic(axes[-1], min(window, 0.1 * end))
+    for above in axes[:-1]:
+        above.tick_params(labelbottom=above is axes[-2])
+    axes[-2].set_xlabel("time (s)")
+    axes[-1].axvspan(time[0], time[-1], color="#f0f0f0", zorder=0.4)
+    mark_changes(axes, first.scenario)
     return figure
 
 
