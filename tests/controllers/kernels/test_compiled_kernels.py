@@ -38,6 +38,7 @@ for name in {names}:
     controller = make_controller(scenario, name)
     drive_over(controller, build_setup(scenario))
     controller.step(0.1, 0.1)
+    controller.step(0.1, 0.1, next_reference=0.1)
 print("silent")
 """
 SANITIZERS = "-fsanitize=address,undefined -fno-sanitize-recover=all -g -O1"
@@ -106,3 +107,29 @@ def test_a_step_in_python_is_called_back_and_its_error_is_raised_behind_the_loop
     assert len(seen) == 2
     with pytest.raises(ZeroDivisionError, match="in the second sample"):
         called.check()
+
+
+FOREIGN = """
+from contextlib import suppress
+from adaptive_ff import AdaptiveController
+joint = {"inertia": 20.0, "stribeck_velocity": 0.05, "torque_limit": 400.0}
+with suppress(OSError):  # it cannot be loaded here
+    AdaptiveController(1200.0, 5000.0, 0.01, **joint).native
+"""
+TARGETS = {
+    "aarch64-linux-gnu": b"\x7fELF",
+    "x86_64-linux-musl": b"\x7fELF",
+    "aarch64-macos": b"\xcf\xfa\xed\xfe",
+    "x86_64-windows-gnu": b"MZ",
+}
+
+
+@pytest.mark.nightly
+@pytest.mark.parametrize("target", TARGETS)
+def test_kernels_compile_for_other_systems_where_they_are_untried(target, tmp_path):
+    pytest.importorskip("ziglang")
+    command = f"{sys.executable} -m ziglang cc -target {target}"
+    known = {**os.environ, "ADAPTIVE_FF_CACHE": str(tmp_path), "CC": command, "PYTHONPATH": os.pathsep.join(sys.path)}
+    done = subprocess.run([sys.executable, "-c", FOREIGN], env=known, capture_output=True, text=True, check=False)
+    (library,) = tmp_path.rglob("step_adaptive*.so")
+    assert library.read_bytes().startswith(TARGETS[target]), done.stderr
