@@ -108,10 +108,11 @@ def check_same_scenario(scenario: Scenario, baseline: Mapping[str, Any], name: s
     """
     found = scenario_differences(scenario, baseline, across)
     if found:
+        gains = all(one.startswith(f"{ACROSS['gains']}.") for one in found)
         more = f" and {len(found) - MOST_SHOWN} more fields differ" if len(found) > MOST_SHOWN else ""
         raise InputError(
             f"{name}: is of another scenario: {'; '.join(found[:MOST_SHOWN])}{more}; run the scenario that it was "
-            "made with, make a new baseline, or compare across gains where only [feedback] differs"
+            f"made with, or make a new baseline{', or compare across gains (--across gains)' if gains else ''}"
         )
 
 

@@ -81,15 +81,18 @@ class Comparison(Reported):
                 f"{settled[BASELINE]:.3g}: noise of the measurement dominates, not friction; a slower loop "
                 "(adaptive-ff tune) or a finer sensor helps, feedforward does not"
             )
-        limit = self.scenario.actuator.torque_limit
-        for name, run in self.runs.items():
-            # the mean step of a white torque is 2/sqrt(pi) times its rms
-            noise = 0.5 * math.sqrt(math.pi) * run.metrics.torque_variation / self.scenario.samples
-            if limit is not None and noise > TREMBLING * limit:
-                found.append(
-                    f"the command of {name} trembles by {noise:.3g} {force} (rms), {100.0 * noise / limit:.2g} % of "
-                    f"actuator.torque_limit = {limit:g} {force}: a slower loop or a lower velocity.cutoff calms it"
-                )
+        limit = self.scenario.actuator.torque_limit or math.inf
+        # the mean step of a white torque is 2/sqrt(pi) times its rms
+        share = 0.5 * math.sqrt(math.pi) / self.scenario.samples
+        noise = {name: share * run.metrics.torque_variation for name, run in self.runs.items()}
+        trembling = {name: value for name, value in noise.items() if value > TREMBLING * limit}
+        if trembling:
+            most = max(trembling.values())
+            found.append(
+                f"the command of {', '.join(trembling)} trembles by up to {most:.3g} {force} (rms), "
+                f"{100.0 * most / limit:.2g} % of actuator.torque_limit = {limit:g} {force}: a slower loop or a lower "
+                "velocity.cutoff calms it"
+            )
         return found
 
     def to_dict(self) -> dict[str, Any]:

@@ -81,6 +81,7 @@ def verdict(comparison: Comparison) -> Verdict:
     if pi is not None and pi.metrics.torque_variation > 0.0:
         variation = run.metrics.torque_variation / pi.metrics.torque_variation
     parts = error_parts(run.scenario, errors[best])
+    limit = _largest(run.scenario, parts)
     shown = [name for name, spread in run.uncertainties.items() if spread[-1] < IDENTIFIED * spread[0]]
     given = ["inertia", "stribeck_velocity"] if not run.uncertainties else list(run.uncertainties)
     return Verdict(
@@ -89,7 +90,7 @@ def verdict(comparison: Comparison) -> Verdict:
         over_oracle,
         variation,
         over_pi is not None and over_pi > WORTH,
-        "saturation" if _saturated(run) > SATURATED else _largest(run.scenario, parts),
+        "saturation" if limit != "noise" and _saturated(run) > SATURATED else limit,  # noise alone may saturate
         parts,
         tuple(name for name in given if name not in shown),
         tuple(shown),

@@ -253,14 +253,15 @@ def test_change_of_gains_is_gated_on_demand(baseline, tmp_path):
     slower = SHORT.modified(feedback={"bandwidth": 5.0})
     scenario = write_scenario(tmp_path, slower.model_dump(mode="json", exclude_none=True))
     arguments = ("compare", scenario, "--out", tmp_path / "out", "--baseline", baseline)
-    assert "or compare across gains where only [feedback] differs" in refusal(*arguments)
+    assert refusal(*arguments).endswith("or make a new baseline, or compare across gains (--across gains)")
     outcome = run_command_line(*arguments, "--across", "gains")
     assert outcome.status == 1
     assert f"worse than {baseline}: pi: rms_error grew" in outcome.err
     assert regressions(compare(slower), read_baseline(baseline), "1000%", across=["gains"]) == []
     louder = slower.modified(sensor={"velocity_noise": 0.0})
     with pytest.raises(
-        InputError, match=r"is of another scenario: sensor\.velocity_noise is 0\.002 there and 0\.0 here;"
+        InputError,
+        match=r"is of another scenario: sensor\.velocity_noise is 0\.002 there and 0\.0 here; .* or make a new baseline$",
     ):
         regressions(Comparison(louder, {}), read_baseline(baseline), across=["gains"])
     assert "across = 'noise' is not known; there are gains" in refusal(*arguments, "--across", "noise")
