@@ -15,7 +15,7 @@ def export_command(
     scenario: ScenarioFile = None,
     state: Annotated[
         Path | None,
-        typer.Option(help="State to start in: of a replay, settings included, or of a scenario's controller."),
+        typer.Option(help="State of the scenario's controller to start in, as controller.state_to_json() wrote it."),
     ] = None,
     out: Annotated[Path, typer.Option(help="Folder for the source.")] = Path("exported"),
     controller: Annotated[str | None, typer.Option(help="Which controller; adaptive if not given.")] = None,

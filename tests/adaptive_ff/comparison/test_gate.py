@@ -261,7 +261,7 @@ def test_change_of_gains_is_gated_on_demand(baseline, tmp_path):
     louder = slower.modified(sensor={"velocity_noise": 0.0})
     with pytest.raises(
         InputError,
-        match=r"is of another scenario: sensor\.velocity_noise is 0\.002 there and 0\.0 here; .* or make a new baseline$",
+        match=r"is of another scenario: sensor\.velocity_noise is 0\.002 there and 0\.0 here; .* a new baseline$",
     ):
         regressions(Comparison(louder, {}), read_baseline(baseline), across=["gains"])
     assert "across = 'noise' is not known; there are gains" in refusal(*arguments, "--across", "noise")
