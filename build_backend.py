@@ -54,7 +54,8 @@ class Build(build_py):
         super().run()
         if not self.editable_mode and _compiles_ahead():
             target = Path(self.build_lib).resolve() / "controllers" / "kernels"
-            environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(target.parents[1]), *sys.path])}
+            places = [str(target.parents[1]), *sys.path, str(ROOT)]  # where metadata is, which has the version
+            environment = {**os.environ, "PYTHONPATH": os.pathsep.join(places)}
             command = [sys.executable, "-m", "adaptive_ff.cli.ahead", str(target)]
             subprocess.run(command, env=environment, cwd=self.build_lib, check=True)
 
