@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parent.parent
-ROOMS = ("report", "cli", "comparison", "studies", "simulation", "scenario")
+ROOMS = ("report", "cli", "comparison", "studies", "simulation", "scenario", "playground")
 
 TERMS = {
     **dict.fromkeys(("told", "untold"), "given, unspecified, known"),

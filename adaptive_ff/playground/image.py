@@ -76,16 +76,8 @@ def image(arguments: tuple[Any, ...], blob: Blob) -> Json:
     for path, leaf in found.items():
         if isinstance(leaf.value, np.ndarray):
             source = SERIES.get(path) or (blob.add(leaf.value.tobytes()) if leaf.value.any() else None)
-            arrays.append(
-                [
-                    leaf.offset,
-                    leaf.value.shape,
-                    kind_of(leaf.value),
-                    source,
-                    path[0] in RUNNING,
-                    "/".join(map(str, path)),
-                ]
-            )
+            kind, running = kind_of(leaf.value), path[0] in RUNNING
+            arrays.append([leaf.offset, leaf.value.shape, kind, source, running, "/".join(map(str, path))])
         else:
             number = np.array(leaf.value, NUMBERS[kind_of(leaf.value)]).tobytes()
             head[leaf.offset : leaf.offset + len(number)] = number
@@ -108,7 +100,8 @@ def image(arguments: tuple[Any, ...], blob: Blob) -> Json:
 
 def changes(stops: list[tuple[Any, ...]], blob: Blob) -> Json:
     """Return the numbers and arrays in which the arguments of a run differ between the stops of a slider."""
-    found = [leaves(arguments) for arguments in stops]
+    layout = record_type(stops[0])
+    found = [dict(_leaves(arguments, layout, 0, ())) for arguments in stops]
     numbers, arrays = [], []
     for path, first in found[0].items():
         if path in SERIES or int(path[0]) >= STOP:
@@ -119,7 +112,6 @@ def changes(stops: list[tuple[Any, ...]], blob: Blob) -> Json:
         if not isinstance(first.value, np.ndarray):
             numbers.append([first.offset, kind_of(first.value), values, path[0] in RUNNING])
         else:
-            arrays.append(
-                [first.offset, [[value.shape, blob.add(value.tobytes())] for value in values], path[0] in RUNNING]
-            )
+            places = [[value.shape, blob.add(value.tobytes())] for value in values]
+            arrays.append([first.offset, places, path[0] in RUNNING])
     return {"numbers": numbers, "arrays": arrays}

@@ -102,10 +102,10 @@ def _field(table: str, name: str) -> Callable[[float], Tables]:
     return lambda value: {table: {name: value}}
 
 
-def _around(value: float, share: float, most: float) -> tuple[float, ...]:
-    """Return stops from a share of a value to a multiple of it; one is the value itself."""
-    shares = np.append(np.geomspace(share, 1.0, STOPS // 2 + 1), np.geomspace(1.0, most, STOPS // 2 + 1)[1:])
-    return tuple(value if one == 1.0 else float(f"{value * one:.3g}") for one in shares.tolist())
+def _around(value: float, least: float, most: float) -> tuple[float, ...]:
+    """Return stops between two multiples of a value, half of them on each side of it."""
+    factors = np.append(np.geomspace(least, 1.0, STOPS // 2 + 1), np.geomspace(1.0, most, STOPS // 2 + 1)[1:])
+    return tuple(float(f"{value * factor:.3g}") for factor in factors.tolist())
 
 
 def _up_to(most: float) -> tuple[float, ...]:

@@ -431,6 +431,7 @@ function setLive(on) {
   shown.live = on; began = 0; clock = performance.now();
   $('live').setAttribute('aria-pressed', on);
   $('views').hidden = on;
+  $('figures').setAttribute('aria-live', on ? 'off' : 'polite');
   update(true);
   if (on) requestAnimationFrame(() => requestAnimationFrame(tick));
 }

@@ -10,6 +10,7 @@ gives by less than 1e-9 of their largest values: some 1e-10 of the built-in scen
 
 import base64
 import json
+import shutil
 import subprocess
 import zlib
 from pathlib import Path
@@ -119,7 +120,10 @@ def _machine(machine: Machine, blob: Blob, runs: dict[str, tuple[Any, ...]]) -> 
 
 def commit() -> str:
     """Return the commit that the package is at; of one that is installed without its repository it is not known."""
-    command = ["git", "-C", str(package_root()), "describe", "--always", "--dirty", "--abbrev=12", "--exclude=*"]
+    root, git = package_root(), shutil.which("git")
+    if git is None or not (root / ".git").exists():
+        return "commit not known"
+    command = [git, "-C", str(root), "describe", "--always", "--dirty", "--abbrev=12", "--exclude=*"]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     return f"commit {done.stdout.strip()}" if done.returncode == 0 else "commit not known"
 

@@ -20,11 +20,11 @@ TARGET = ("-target", "wasm32-wasi", "-mexec-model=reactor", "-s", "-Wl,--export-
 
 
 def run_with_deviations(
-    block: Any, state: Any, setup: Any, position: Any, stop: int, record: Any, slopes: Any, row: Any
+    parameters: Any, state: Any, setup: Any, position: Any, stop: int, record: Any, slopes: Any, row: Any
 ) -> tuple[Any, Any]:
     """Run the loop from a position to a sample, and write how far the estimates may be off there in a row."""
-    state, position = run_plain(block, state, setup, position, stop, record)
-    write_deviations(block, state, slopes, row)
+    state, position = run_plain(parameters, state, setup, position, stop, record)
+    write_deviations(parameters, state, slopes, row)
     return state, position
 
 
