@@ -1,7 +1,7 @@
 """Scenarios of the package by name."""
 
 import pytest
-from command_line import run_command_line
+from command_line import refusal, run_command_line
 
 from adaptive_ff import InputError, load_scenario
 from adaptive_ff.scenario.library import SCENARIOS, scenario_names, scenario_title
@@ -28,4 +28,8 @@ def test_every_scenario_says_in_a_line_what_it_is(name):
 def test_command_lists_them_and_every_command_takes_their_names():
     outcome = run_command_line("scenarios")
     assert outcome.status == 0
-    assert [line.split()[0] for line in outcome.out.splitlines()] == scenario_names()
+    listed = [line for line in outcome.out.splitlines() if line.startswith("  ")]
+    assert sorted(name for line in listed for name in line.strip().rstrip(",").split(", ")) == scenario_names()
+    described = run_command_line("scenarios", "steep_2").out.splitlines()
+    assert described == [f"{name:8}  {scenario_title(name)}" for name in ("steep_2", "steep_20")]
+    assert "TEXT = 'nothing' is in no scenario" in refusal("scenarios", "nothing")
