@@ -36,7 +36,7 @@ SLOWER = (1.0, 0.5, 0.25)
 """Fractions of that frequency that are tried: what the loop follows badly carries less information."""
 
 POLE_FRACTION, HOLD_TIMES = 0.5, 3.0
-"""Pole of the filters of identification over the crossover, and its hold in their time constants, as a calibration."""
+"""Pole of the filters of identification over the crossover, and its hold in their time constants."""
 
 TRIAL_SEEDS = tuple(range(101, 107))
 """Seeds of noise of a trial; nothing is reported on them."""

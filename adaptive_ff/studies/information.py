@@ -19,7 +19,7 @@ NAMES = ("inertia", "coulomb", "stiction", "viscous", "friction_lag")
 """Parameters whose intervals are given."""
 
 GATE_FRACTION = 0.4
-"""Speed of the gate over the Stribeck velocity, as in ``comparison.calibration``."""
+"""Speed of the gate of the identification over the Stribeck velocity."""
 
 GATE_WIDTH = 0.1
 """Width of its smooth edge, in Stribeck velocities."""
