@@ -1,10 +1,12 @@
-"""Experiments that report rows of their own: the paper, the exported C, friction laws on a measured record.
+"""Experiments that report rows of their own: the paper, the exported C, friction laws on a record, mutants.
 
 A figure is a number that a row reports, under a short name of what was measured; ``met`` holds a one or a zero for each
 target.
 """
 
 import re
+import subprocess
+import sys
 from collections.abc import Callable, Iterable
 from functools import partial
 from typing import Any
@@ -74,3 +76,20 @@ def _friction_laws() -> Reported:
 def friction_laws(count: int = 1, first: int = 1) -> list[Case]:
     """Return the fits of the friction laws, errors over that of Coulomb friction."""
     return [Case("presliding record", first, partial(run_report, "presliding record", _friction_laws))]
+
+
+def _mutation(mutants: int, seed: int) -> Reported:
+    command = [sys.executable, "-m", "benchmarks.mutation", "--count", str(mutants), "--seed", str(seed)]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    found = re.search(r"(\d+) of (\d+) mutants killed", done.stdout)
+    if found is None:
+        raise ValueError(f"mutation: {(done.stdout + done.stderr)[-200:]}")
+    return [("drawn", int(found[2]), None), ("survived", int(found[2]) - int(found[1]), None)]
+
+
+def mutation(mutants: int, count: int = 1, first: int = 1) -> list[Case]:
+    """Return draws of so many mutants of the kernels, each run through the tests in a process of its own."""
+    return [
+        Case(f"mutants/{seed}", seed, partial(run_report, "kernels", partial(_mutation, mutants, seed)))
+        for seed in range(first, first + count)
+    ]

@@ -147,6 +147,15 @@ def run_commands(controllers: list[str]) -> Found:
     return {"": {"row": "command line"}, **{name: figures if name == "adaptive" else {} for name in controllers}}
 
 
+REPLAYED = 1_000_000
+"""Samples at 1 kHz of the log that is replayed."""
+
+REPLAY = """import re, sys
+from pathlib import Path
+from adaptive_ff.cli.main import app
+app(sys.argv[1:], standalone_mode=False)
+print(re.search(r"VmHWM:\\s+(\\d+)", Path("/proc/self/status").read_text())[1])
+"""
 FIRST_STEP = """from adaptive_ff import AdaptiveController
 joint = {"inertia": 20.0, "stribeck_velocity": 0.05, "torque_limit": 400.0}
 AdaptiveController(1200.0, 5000.0, 0.01, **joint).step(0.1, 0.0)
@@ -204,6 +213,24 @@ def run_log(controllers: list[str]) -> Found:
     return {"": {"row": "reading a log"}, **{name: figures if name == "adaptive" else {} for name in controllers}}
 
 
+def run_replay(controllers: list[str]) -> Found:
+    """Time the replay of a log of a joint in closed form, a whole process, and its peak memory over the log's size."""
+    with tempfile.TemporaryDirectory() as folder:
+        path, time_ = Path(folder) / "log.npz", 0.001 * np.arange(REPLAYED)
+        omega, size = 2.0 * np.pi * np.array([[0.0713], [0.2391], [0.917]]), np.array([[0.25], [0.15], [0.05]])
+        velocity = np.sum(size * np.sin(omega * time_), axis=0)
+        torque = 2.0 * np.sum(size * omega * np.cos(omega * time_), axis=0) + 3.0 * np.sign(velocity) + 4.0 * velocity
+        noise = 0.05 * np.random.default_rng(101).standard_normal(time_.size)
+        np.savez(path, time=time_, velocity=velocity, torque=torque + noise)
+        command = [sys.executable, "-c", REPLAY, "replay", str(path), "--out", str(Path(folder, "out"))]
+        begin = time.perf_counter()
+        done = subprocess.run(command, check=True, capture_output=True, text=True)
+        figures = {"median": time.perf_counter() - begin}
+        figures["memory"] = 1024.0 * float(done.stdout.splitlines()[-1]) / path.stat().st_size
+    row = f"replay of {REPLAYED} samples"
+    return {"": {"row": row}, **{name: figures if name == "adaptive" else {} for name in controllers}}
+
+
 def measurements(count: int = 1, first: int = 1) -> list[Case]:
     """Return all measurements, each so many times."""
     runs = {
@@ -217,6 +244,7 @@ def measurements(count: int = 1, first: int = 1) -> list[Case]:
         **{row: partial(run_runs, row, scenario) for row, scenario in runs.items()},
         "commands": run_commands,
         "log": run_log,
+        "replay": run_replay,
         "sweep": run_sweep,
         "installed": run_installed,
     }

@@ -18,7 +18,7 @@ from adaptive_ff.errors import InputError
 from adaptive_ff.files import staged, write_json
 from adaptive_ff.report.style import stamp, write_figures
 from benchmarks.paper import closed_loop, misprints, offline, online, reversal, rounding, stribeck
-from benchmarks.paper.experiment import Experiment, Row
+from benchmarks.paper.experiment import Experiment
 from benchmarks.wide import wide_console
 
 EXPERIMENTS: dict[str, Callable[[], Experiment]] = {
@@ -51,16 +51,6 @@ def run_all(console: Console) -> list[Experiment]:
     return found
 
 
-def as_text(value: float | str) -> str:
-    """Return a figure as the table shows it."""
-    return value if isinstance(value, str) else f"{value:.4g}"
-
-
-def as_verdict(row: Row) -> str:
-    """Return whether a row meets its target, in a word."""
-    return "" if row.met is None else "yes" if row.met else "NO"
-
-
 def table_of(experiments: list[Experiment]) -> Table:
     """Return all figures in one table, experiment after experiment."""
     table = Table(title="Ruderman 2013 in simulation", box=SIMPLE, title_style="bold", expand=True)
@@ -72,9 +62,9 @@ def table_of(experiments: list[Experiment]) -> Table:
         table.add_section()
         table.add_row(escape(experiment.title), "", "", "", style="bold")
         for row in experiment.rows:
-            style = "bold red" if row.met is False else None
-            cells = (f"  {row.quantity}", as_text(row.value), row.target, as_verdict(row))
-            table.add_row(*(escape(cell) for cell in cells), style=style)
+            value = row.value if isinstance(row.value, str) else f"{row.value:.4g}"
+            cells = (f"  {row.quantity}", value, row.target, {None: "", True: "yes", False: "NO"}[row.met])
+            table.add_row(*map(escape, cells), style="bold red" if row.met is False else None)
     return table
 
 
@@ -84,10 +74,7 @@ def to_dict(experiments: list[Experiment]) -> dict[str, Any]:
         "experiments": [
             {
                 "title": experiment.title,
-                "rows": [
-                    {"quantity": row.quantity, "value": row.value, "target": row.target, "met": row.met}
-                    for row in experiment.rows
-                ],
+                "rows": [vars(row) for row in experiment.rows],
                 "notes": list(experiment.notes),
                 "figures": sorted(experiment.figures),
             }
@@ -101,16 +88,6 @@ def tally(experiments: list[Experiment]) -> dict[str, int]:
     """Return how many targets are met and missed."""
     verdicts = [row.met for experiment in experiments for row in experiment.rows if row.met is not None]
     return {"targets_met": verdicts.count(True), "targets_missed": verdicts.count(False)}
-
-
-def show(experiments: list[Experiment], console: Console) -> None:
-    """Print the table and the notes."""
-    console.print(table_of(experiments))
-    for experiment in experiments:
-        console.print(experiment.title, style="bold", highlight=False, markup=False)
-        for note in experiment.notes:
-            console.print(f"- {note}", highlight=False, markup=False)
-        console.print()
 
 
 def run_and_write(out: Path, json: Path | None, errors: Console) -> list[Experiment]:
@@ -141,7 +118,9 @@ def main(
     except InputError as error:
         print(f"benchmarks.paper: {error}", file=sys.stderr)
         raise typer.Exit(BAD_INPUT) from error
-    show(experiments, console)
+    console.print(table_of(experiments))
+    for experiment in experiments:
+        console.print("\n- ".join([experiment.title, *experiment.notes]), highlight=False, markup=False)
     counts = tally(experiments)
     console.print(f"Targets met: {counts['targets_met']}, missed: {counts['targets_missed']}.", highlight=False)
     elapsed = time.perf_counter() - started

@@ -8,19 +8,16 @@ from adaptive_ff.baselines.model_based import ModelBased
 from adaptive_ff.baselines.paper import PaperController
 from adaptive_ff.friction.model import TorqueModel
 from adaptive_ff.learning.batch import Array
-from benchmarks.paper.experiment import Row
-from benchmarks.paper.identification_data import TRUE
-from benchmarks.paper.prediction import rms
+from benchmarks.paper.data import TRUE, rms
+from benchmarks.paper.experiment import Row, median_and_range
+from benchmarks.paper.identification import model_of
 from benchmarks.paper.robot import GAINS, PERIOD, SCENARIO, SOLVER_PERIOD, build_robot_setup, drive
-from benchmarks.paper.summaries import median_and_range
-from benchmarks.paper.watching import FORGETTING, TRANSIENT, Seen, adaptive, model_of, physical_of
+from benchmarks.paper.watching import FORGETTING, TRANSIENT, Seen, adaptive, physical_of
 from controllers import PI, Controller
 
 OTHER_MOTION = 1000
 """Added to the seed of a record: the motion on which what it gave is fed forward."""
-
 LONG_MEMORY = 5.0  # s, of RLS that averages
-
 ALONE = "PI alone"
 OFFLINE = "PI + offline LS on (4)"
 SLIDING = "PI + offline LS on (4), sliding samples only"
@@ -34,12 +31,9 @@ ORACLE = "PI + true parameters"
 def make_controllers(offline: Array, sliding: Array, form: Array) -> dict[str, Controller]:
     """Return the controllers that are compared.
 
-    Parameters
-    ----------
-    offline, sliding, form : ndarray, shape (5,)
-        Physical parameters by the offline fits of (4), from all samples and from sliding ones, and by the torque form,
-        from another motion. Where the coefficients of the first are those of no joint, there is nothing to feed
-        forward.
+    ``offline``, ``sliding``, ``form`` (5,): physical parameters by the offline fits of (4), from all samples and from
+    sliding ones, and by the torque form, from another motion. Where the coefficients of the first are those of no
+    joint, there is nothing to feed forward.
     """
     made: dict[str, Controller] = {ALONE: PI(*GAINS, PERIOD)}
     if np.all(np.isfinite(offline)):

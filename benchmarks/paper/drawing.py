@@ -1,49 +1,45 @@
-"""What the figures have in common: panels, labels above them, one legend; looks of ``adaptive_ff.report.style``."""
+"""What the figures have in common beside ``adaptive_ff.report.style``: looks, canvases, axes with plain numbers."""
 
-import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
+import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.axis import Axis
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
-from matplotlib.transforms import ScaledTranslation
+from matplotlib.ticker import FuncFormatter
+from numpy.typing import NDArray
 
 from adaptive_ff.report.comparison_pictures import LOOKS
-from adaptive_ff.report.style import INK, LIFT, QUIET, WIDTH
+from adaptive_ff.report.style import INK, QUIET, WIDTH, label_above
 
 Look = Mapping[str, Any]
 
 TRUTH: Look = {"color": "#b5b5b5", "linewidth": 2.6, "label": "simulated joint"}
 SERIES: Look = {"color": LOOKS["adaptive_paper"]["color"], "linewidth": 1.1, "label": "series (4)"}
 TORQUE_FORM: Look = {"color": LOOKS["adaptive"]["color"], "linewidth": 1.1, "label": "torque form"}
-NAIVE: Look = {"color": "#a6a6a6", "linewidth": 1.2, "label": "naive predictor w(k-1)"}
+TRUE_LOOK: Look = {"color": INK, "linewidth": 1.0, "linestyle": (0, (2, 2)), "zorder": 3.0, "label": "true"}
 GUIDE: Look = {"color": QUIET, "linewidth": 0.9, "linestyle": (0, (2, 2)), "zorder": 1.5}
 
 
-def panels(heights: Sequence[float], height: float) -> tuple[Figure, list[Axes]]:
-    """Make a figure of panels below each other, with relative heights; the height of all is in inches."""
+def canvas(layout: list[list[str]], height: float, **more: Any) -> tuple[Figure, dict[str, Axes]]:
+    """Return a figure of named panels; the height is in inches."""
     figure = Figure(figsize=(WIDTH, height), layout="constrained")
-    axes = figure.subplots(len(heights), 1, squeeze=False, gridspec_kw={"height_ratios": list(heights)})
-    figure.get_layout_engine().set(h_pad=0.08)
-    return figure, list(axes[:, 0])
+    return figure, figure.subplot_mosaic(layout, **more)
 
 
 def label(axes: Axes, text: str, xlabel: str = "") -> None:
-    """Label the vertical axis above it, where it is read without turning the head, and the horizontal one."""
-    axes.set_ylabel(text, rotation=0.0, horizontalalignment="left", verticalalignment="baseline")
-    lift = ScaledTranslation(0.0, LIFT / 72.0, axes.figure.dpi_scale_trans)
-    axes.yaxis.set_label_coords(0.0, 1.0, transform=axes.transAxes + lift)
+    """Label the vertical axis above it, and the horizontal one."""
+    label_above(axes, text)
     axes.set_xlabel(xlabel)
 
 
-def legend(target: Figure | Axes, looks: Sequence[Look], **places: Any) -> None:
-    """Explain looks above all panels, or in one of them."""
-    handles = [Line2D([], [], **look) for look in looks]
-    if isinstance(target, Figure):
-        widths = [0.5 + 0.075 * len(str(handle.get_label())) for handle in handles]  # roughly, in inches
-        rows = math.ceil(sum(widths) / WIDTH)
-        columns = math.ceil(len(handles) / rows)
-        target.legend(handles=handles, loc="outside upper center", ncols=columns, handlelength=1.7)
-    else:
-        target.legend(handles=handles, handlelength=1.7, labelcolor=INK, **places)
+def plain_numbers(axis: Axis) -> None:
+    """Write the numbers of an axis without powers of ten."""
+    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+
+
+def running_rms(errors: NDArray[np.float64], window: int) -> NDArray[np.float64]:
+    """Return the rms over the last samples before each."""
+    sums = np.convolve(errors**2, np.ones(window))[: errors.size]
+    return np.asarray(np.sqrt(sums / np.minimum(np.arange(errors.size) + 1, window)))

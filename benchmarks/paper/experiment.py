@@ -1,24 +1,21 @@
-"""What an experiment hands over to the command that prints it."""
+"""What an experiment hands over to the command that prints it, and figures of many seeds in a few words."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
+import numpy as np
 from matplotlib.figure import Figure
+
+from adaptive_ff.friction.model import ESTIMATED
+from benchmarks.paper.data import SYMBOLS, TRUTH_VALUES, Array
 
 
 @dataclass(frozen=True)
 class Row:
     """A line of the table.
 
-    Attributes
-    ----------
-    quantity : str
-        What was measured, unit included.
-    value : float or str
-        The figure.
-    target : str
-        What it should reach, empty where nothing is asked.
-    met : bool or None
-        Whether it does; None without a target.
+    ``quantity``: what was measured, unit included; ``value``: the figure; ``target``: what it should reach, empty where
+    nothing is asked; ``met``: whether it does; None without a target.
     """
 
     quantity: str
@@ -27,23 +24,33 @@ class Row:
     met: bool | None = None
 
 
+def limited(quantity: str, value: float, limit: float) -> Row:
+    """Return a row whose figure should not be above a limit."""
+    return Row(quantity, value, f"<= {limit:g}", value <= limit)
+
+
 @dataclass(frozen=True)
 class Experiment:
     """Result of one experiment.
 
-    Attributes
-    ----------
-    title : str
-        Figure or section of the paper, and what was done.
-    rows : list of Row
-        The figures.
-    notes : list of str
-        What agrees with the paper, what cannot be known, what was found; a sentence each.
-    figures : dict of Figure
-        Pictures by file name without ending, such as ``figure_04``.
+    ``title``: figure or section of the paper, and what was done; ``rows``: the figures; ``notes``: what agrees with the
+    paper, what cannot be known, what was found; a sentence each; ``figures``: pictures by file name without ending,
+    such as ``figure_04``.
     """
 
     title: str
     rows: list[Row]
     notes: list[str] = field(default_factory=list)
     figures: dict[str, Figure] = field(default_factory=dict)
+
+
+def median_and_range(values: Sequence[float], digits: int = 2) -> str:
+    """Return the median of some numbers and their range as text."""
+    low, middle, high = np.quantile(np.asarray(values, dtype=np.float64), (0.0, 0.5, 1.0))
+    return f"{middle:.{digits}f} ({low:.{digits}f} to {high:.{digits}f})"
+
+
+def median_deviation(estimates: Sequence[Array]) -> str:
+    """Return by how much physical parameters are off the truth, in %, the median over some records, as text."""
+    deviations = 100.0 * (np.median(np.array(estimates), axis=0) / TRUTH_VALUES - 1.0)
+    return ", ".join(f"{SYMBOLS[name]} {value:+.1f}" for name, value in zip(ESTIMATED, deviations, strict=True))

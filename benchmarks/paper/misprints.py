@@ -15,62 +15,50 @@ import numpy as np
 from adaptive_ff.friction.model import ESTIMATED, TorqueModel
 from adaptive_ff.learning.batch_least_squares import Array
 from adaptive_ff.learning.series import SeriesCoefficients, series_coefficients, write_physical
+from benchmarks.paper.data import PERIOD, SEED, SYMBOLS, TRUE, rms, simulate_noise
 from benchmarks.paper.experiment import Experiment, Row
-from benchmarks.paper.identification_data import PERIOD, SEED, SYMBOLS, TRUE, simulate_noise
-from benchmarks.paper.offline import series
-from benchmarks.paper.prediction import rms, series_one_step
+from benchmarks.paper.identification import series, series_one_step
 
 MILLISECOND = 1e-3  # s
 EXACT = 1e-9
 """Relative difference below which two numbers count as equal."""
 
 
-def with_printed_a1(model: TorqueModel, period: float, coefficients: SeriesCoefficients) -> SeriesCoefficients:
-    """Replace ``a1`` by what the paper prints for a joint sampled with a period in s."""
-    inertia, lag = model.inertia, model.friction_lag
+READINGS = {
+    "corrected": (False, False),
+    "a1 as printed": (True, False),
+    "b0, b1 as printed": (False, True),
+    "all as printed": (True, True),
+}
+"""Whether ``a1``, and ``b0`` and ``b1``, are taken as printed."""
+
+
+def coefficients_of(model: TorqueModel, period: float, reading: str) -> SeriesCoefficients:
+    """Return the coefficients of (4) in one of the readings for a joint sampled with a period in s."""
+    inertia, lag, found = model.inertia, model.friction_lag, series_coefficients(model, period)
     denominator = inertia * lag + inertia * period + model.viscous * period**2
-    return coefficients._replace(a1=(inertia * lag + inertia * period) / denominator)
+    printed_a1, printed_b = READINGS[reading]
+    if printed_a1:
+        found = found._replace(a1=(inertia * lag + inertia * period) / denominator)
+    if printed_b:
+        found = found._replace(b0=(period**2 + lag * period**2) / denominator, b1=lag * period**2 / denominator)
+    return found
 
 
-def with_printed_b(model: TorqueModel, period: float, coefficients: SeriesCoefficients) -> SeriesCoefficients:
-    """Replace ``b0`` and ``b1`` by what the paper prints for a joint sampled with a period in s."""
-    inertia, lag = model.inertia, model.friction_lag
-    denominator = inertia * lag + inertia * period + model.viscous * period**2
-    return coefficients._replace(b0=(period**2 + lag * period**2) / denominator, b1=lag * period**2 / denominator)
+def joint_of_reading(coefficients: Array, period: float, reading: str) -> dict[str, float]:
+    """Return the joint that coefficients of (4) stand for in one of the readings.
 
-
-def printed_coefficients(model: TorqueModel, period: float) -> SeriesCoefficients:
-    """Return the coefficients of (4) as printed for a joint sampled with a period in s."""
-    return with_printed_b(model, period, with_printed_a1(model, period, series_coefficients(model, period)))
-
-
-def joint_corrected(coefficients: Array, period: float) -> dict[str, float]:
-    """Return the joint that coefficients of (4) stand for."""
+    As printed, ``a1 - a2 = J Ts/D``, ``1 - a1 = sigma Ts^2/D`` and ``tau = b1/(b0 - b1)``; in all readings
+    ``b0 - b1 = Ts^2/D``, so the friction torques come out alike.
+    """
     row = np.full(len(ESTIMATED), math.nan)
     write_physical(coefficients, period, row)
-    return dict(zip(ESTIMATED, (float(value) for value in row), strict=True))
-
-
-def joint_with_printed_a1(coefficients: Array, period: float) -> dict[str, float]:
-    """Return the joint where ``a1`` as printed is taken for true: ``a1 - a2 = J Ts/D`` and ``1 - a1 = sigma Ts^2/D``.
-
-    With all formulae ``b0 - b1 = Ts^2/D``, so the friction torques come out alike.
-    """
+    found = dict(zip(ESTIMATED, (float(value) for value in row), strict=True))
     a1, a2, b0, b1 = (float(value) for value in coefficients[:4])
-    found = joint_corrected(coefficients, period)
-    return {**found, "inertia": (a1 - a2) * period / (b0 - b1), "viscous": (1.0 - a1) / (b0 - b1)}
-
-
-def joint_with_printed_b(coefficients: Array, period: float) -> dict[str, float]:
-    """Return the joint where ``b0`` and ``b1`` as printed are taken for true: ``tau = b1/(b0 - b1)``."""
-    b0, b1 = (float(value) for value in coefficients[2:4])
-    return {**joint_corrected(coefficients, period), "friction_lag": b1 / (b0 - b1)}
-
-
-def joint_as_printed(coefficients: Array, period: float) -> dict[str, float]:
-    """Return the joint where all is taken as printed."""
-    lag = joint_with_printed_b(coefficients, period)["friction_lag"]
-    return {**joint_with_printed_a1(coefficients, period), "friction_lag": lag}
+    printed_a1, printed_b = READINGS[reading]
+    if printed_a1:
+        found |= {"inertia": (a1 - a2) * period / (b0 - b1), "viscous": (1.0 - a1) / (b0 - b1)}
+    return {**found, "friction_lag": b1 / (b0 - b1)} if printed_b else found
 
 
 def in_other_unit_of_time(model: TorqueModel, seconds: float) -> TorqueModel:
@@ -88,14 +76,9 @@ def run() -> Experiment:
     data = simulate_noise(SEED)
     fitted = series(data.velocity, data.acting, sliding=True).regression.values
     rows = [*consistency_rows(), *joint_rows(fitted)]
-    exact = series_coefficients(TRUE, PERIOD)
-    for name, coefficients in (
-        ("corrected", exact),
-        ("a1 as printed", with_printed_a1(TRUE, PERIOD, exact)),
-        ("b0, b1 as printed", with_printed_b(TRUE, PERIOD, exact)),
-        ("all as printed", printed_coefficients(TRUE, PERIOD)),
-    ):
-        error = rms(series_one_step(np.array(coefficients), data.velocity, data.acting))
+    for name in READINGS:
+        coefficients = np.array(coefficients_of(TRUE, PERIOD, name))
+        error = rms(series_one_step(coefficients, data.velocity, data.acting))
         rows.append(Row(f"(4) of the true joint, {name}: one-step error on Fig. 4, mrad/s rms", 1e3 * error))
     rows.append(Row("velocity itself, mrad/s rms", 1e3 * rms(data.velocity)))
     return Experiment("Section III: misprints of a1, b0 and b1", rows, list(NOTES))
@@ -106,17 +89,15 @@ def consistency_rows() -> list[Row]:
     free = TRUE._replace(coulomb=0.0, stiction=0.0, viscous=0.0)
     other = in_other_unit_of_time(TRUE, MILLISECOND)
     rows = []
-    for name, coefficients, required in (
-        ("corrected", series_coefficients, True),
-        ("as printed", printed_coefficients, False),
-    ):
-        kept = coefficients(free, PERIOD)
-        target, met = ("1", abs(kept.a1 - kept.a2 - 1.0) < EXACT) if required else ("", None)
-        rows.append(Row(f"a1 - a2 without friction, {name}: velocity kept in a sample", kept.a1 - kept.a2, target, met))
-        here, there = coefficients(TRUE, PERIOD), coefficients(other, PERIOD / MILLISECOND)
-        ratio = (there.b1 / there.b0) / (here.b1 / here.b0)
-        target, met = ("1", abs(ratio - 1.0) < EXACT) if required else ("", None)
-        rows.append(Row(f"b1/b0 {name}: time in ms against time in s", ratio, target, met))
+    for name, reading in (("corrected", "corrected"), ("as printed", "all as printed")):
+        kept = coefficients_of(free, PERIOD, reading)
+        here, there = coefficients_of(TRUE, PERIOD, reading), coefficients_of(other, PERIOD / MILLISECOND, reading)
+        for quantity, value in (
+            (f"a1 - a2 without friction, {name}: velocity kept in a sample", kept.a1 - kept.a2),
+            (f"b1/b0 {name}: time in ms against time in s", (there.b1 / there.b0) / (here.b1 / here.b0)),
+        ):
+            asked = ("1", abs(value - 1.0) < EXACT) if reading == "corrected" else ("", None)
+            rows.append(Row(quantity, value, *asked))
     return rows
 
 
@@ -126,13 +107,8 @@ def joint_rows(fitted: Array) -> list[Row]:
     rows = [Row(f"the true joint: {', '.join(SYMBOLS.values())}", in_words(true))]
     products: list[Row] = []
     product = float(fitted[1]) * PERIOD**2 / float(fitted[2] - fitted[3])
-    for name, joint in (
-        ("corrected", joint_corrected),
-        ("a1 as printed", joint_with_printed_a1),
-        ("b0, b1 as printed", joint_with_printed_b),
-        ("all as printed", joint_as_printed),
-    ):
-        found = joint(fitted, PERIOD)
+    for name in READINGS:
+        found = joint_of_reading(fitted, PERIOD, name)
         rows.append(Row(f"the joint that one fit stands for, {name}", in_words(found)))
         products.append(Row(f"its J tau over J tau by a2, {name}", found["inertia"] * found["friction_lag"] / product))
     return rows + products
@@ -144,18 +120,14 @@ def in_words(parameters: dict[str, float]) -> str:
 
 
 NOTES = (
-    ("The printed a1 cannot be right: without friction and torque a constant velocity must solve (4), so a1 - a2 = 1."),
+    "The printed a1 cannot be right: without friction and torque a constant velocity must solve (4), so a1 - a2 = 1.",
     "The printed b0 and b1 cannot be right: their ratio tau/(1 + tau) depends on the unit of time.",
-    (
-        "The misprints touch no figure of the paper: least squares finds the coefficients of (4) themselves, and "
-        "Fig. 12 shows those. They mislead whoever maps coefficients to a joint: from exact coefficients the "
-        "friction torques come out right, the inertia too large by J tau/Ts, the viscous coefficient too small by J "
-        "tau/Ts^2 (negative), the lag too large by 1/Ts with Ts in s. The map is over-determined by one, so the "
-        "error shows: J tau also follows from a2, which is right."
-    ),
-    (
-        "Smaller slips: (8) lacks the square (its minimiser is the same); the prediction below (10) is X'(k) "
-        "P(k-1), not u(k) x P(k-1)."
-    ),
+    "The misprints touch no figure of the paper: least squares finds the coefficients of (4) themselves, and Fig. 12 "
+    "shows those. They mislead whoever maps coefficients to a joint: from exact coefficients the friction torques "
+    "come out right, the inertia too large by J tau/Ts, the viscous coefficient too small by J tau/Ts^2 (negative), "
+    "the lag too large by 1/Ts with Ts in s. The map is over-determined by one, so the error shows: J tau also "
+    "follows from a2, which is right.",
+    "Smaller slips: (8) lacks the square (its minimiser is the same); the prediction below (10) is X'(k) P(k-1), not "
+    "u(k) x P(k-1).",
     "What the author's own program computed cannot be known: no parameter values are printed.",
 )

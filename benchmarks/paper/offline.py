@@ -2,69 +2,45 @@
 
 import numpy as np
 
-from adaptive_ff.friction.model import ESTIMATED, TorqueModel
-from adaptive_ff.learning.batch import Identification, identify_series, identify_torque_form, slides_one_way
-from adaptive_ff.learning.batch_least_squares import Array
-from benchmarks.paper.experiment import Experiment, Row
-from benchmarks.paper.figure_04 import draw
-from benchmarks.paper.identification_data import (
+from adaptive_ff.friction.model import ESTIMATED
+from adaptive_ff.learning.batch import Identification
+from benchmarks.paper.data import (
     MORE_SEEDS,
-    PERIOD,
     SEED,
     SYMBOLS,
     TRUE,
     Data,
     deviations,
+    in_words,
+    rms,
     simulate_noise,
     simulate_torque,
 )
-from benchmarks.paper.prediction import model_free_run, model_one_step, rms, series_free_run, series_one_step
+from benchmarks.paper.experiment import Experiment, Row, limited
+from benchmarks.paper.figures import figure_04
+from benchmarks.paper.identification import (
+    filtered,
+    model_free_run,
+    model_one_step,
+    series,
+    series_free_run,
+    series_one_step,
+)
 
-FILTER_POLE = 60.0  # rad/s
-SLOWEST = 0.01  # rad/s, speed of the gate
-HOLD = 3.0 / FILTER_POLE  # s, hold of the gate
 FINE_PERIOD = 0.001  # s
 FINE_SOLVER = 0.0001  # s
-
 PLAIN = "(4), all samples, u commanded at k"
 SHIFTED = "(4), all samples, u over (k-1, k]"
 SLIDING_PLAIN = "(4), sliding samples, u commanded at k"
 SLIDING = "(4), sliding samples, u over (k-1, k]"
 FILTERED = "torque form with gate, 10 ms"
 FINE = "torque form with gate, 1 ms"
-
 LIMITS = {
     SLIDING: {"inertia": 10.0, "coulomb": 10.0, "stiction": 10.0, "viscous": 10.0, "friction_lag": 30.0},
     FILTERED: {"inertia": 2.0, "coulomb": 1.0, "stiction": 3.0, "viscous": 1.0, "friction_lag": 15.0},
     FINE: dict.fromkeys(ESTIMATED, 1.0),
 }
 """Largest deviation of each parameter from the truth that is asked for, %."""
-
-
-def filtered(data: Data) -> Identification:
-    """Identify by the torque form with its gate."""
-    return identify_torque_form(
-        data.time,
-        data.velocity,
-        data.acting,
-        stribeck_velocity=TRUE.stribeck_velocity,
-        stribeck_shape=TRUE.stribeck_shape,
-        filter_pole=FILTER_POLE,
-        slowest=SLOWEST,
-        hold=HOLD,
-    )
-
-
-def series(velocity: Array, torque: Array, *, sliding: bool, period: float = PERIOD) -> Identification:
-    """Identify by (4), from all samples or from those that slide one way."""
-    return identify_series(
-        velocity,
-        torque,
-        period,
-        stribeck_velocity=TRUE.stribeck_velocity,
-        stribeck_shape=TRUE.stribeck_shape,
-        use=slides_one_way(velocity, SLOWEST) if sliding else None,
-    )
 
 
 def identify_all(data: Data) -> dict[str, Identification]:
@@ -95,11 +71,6 @@ def worst_deviations(seeds: range) -> dict[str, dict[str, float]]:
     return worst
 
 
-def in_words(model: TorqueModel) -> str:
-    """Return the deviations of a model from the truth as a line of text."""
-    return ", ".join(f"{SYMBOLS[name]} {100.0 * value:+.1f}" for name, value in deviations(model).items())
-
-
 def covered(identification: Identification) -> int:
     """Return how many of the five intervals contain the true parameter."""
     return sum(
@@ -117,16 +88,15 @@ def run() -> Experiment:
         for parameter, limit in limits.items():
             value = worst[name][parameter]
             quantity = f"{name}: {SYMBOLS[parameter]} off by, %, worst of {len(MORE_SEEDS)} seeds"
-            rows.append(Row(quantity, value, f"<= {limit:g}", value <= limit))
+            rows.append(limited(quantity, value, limit))
     fine = simulate_torque(data.commanded[:-1], FINE_SOLVER)
     rows += prediction_rows(data, found) + numerical_rows(found) + dependence_rows(data, fine)
     return Experiment(
-        "Fig. 4, section IV-A: offline least squares", rows, list(NOTES), {"figure_04": draw(data, *_drawn(found))}
+        "Fig. 4, section IV-A: offline least squares",
+        rows,
+        list(NOTES),
+        {"figure_04": figure_04(data, *(found[name] for name in (SHIFTED, SLIDING, FILTERED)))},
     )
-
-
-def _drawn(found: dict[str, Identification]) -> tuple[Identification, Identification, Identification]:
-    return found[SHIFTED], found[SLIDING], found[FILTERED]
 
 
 def prediction_rows(data: Data, found: dict[str, Identification]) -> list[Row]:
@@ -184,37 +154,21 @@ def dependence_rows(data: Data, fine: Data) -> list[Row]:
 
 
 NOTES = (
-    (
-        "Agrees: the fit of (4) to all samples follows the simulated velocity closely, as in Fig. 4, one sample "
-        "ahead and, less closely, on its own."
-    ),
-    (
-        "Cannot be known: the paper prints no parameters of the joint, the noise or the fit, nor whether Fig. 4 "
-        "shows a one-step prediction or a free run; the joint and the noise here are this project's."
-    ),
-    (
-        "A response that fits does not make the parameters right: from all samples Fs is off by a quarter and more, "
-        "because (4) is false where the joint rests or reverses; the paper speaks of sliding only, but not of "
-        "samples left out of the fit."
-    ),
-    (
-        "The paper does not say which torque u(k) is. With a held torque it must be the one that acted over (k-1, "
-        "k]; with the one commanded at k most or all of the lag is lost, and much of Fs."
-    ),
-    (
-        "What is left of the error on sliding samples (J, tau) is that of backward differences: it falls with the "
-        "sampling period, as the lag at 10, 5 and 2 ms shows."
-    ),
-    (
-        "Standard errors and intervals speak of random errors. These data have none; what is left is error of the "
-        "model, so most intervals miss the truth, most of all those of (4)."
-    ),
-    (
-        "Around rest the data depend on the solver: with steps of 0.1 ms instead of 1 ms the joint rests far less, "
-        "and what (4) makes of all samples changes with it; the gated torque form stays."
-    ),
-    (
-        "The torque form's predictions are simulations of Fig. 2 with its parameters on the solver of the data; (4) "
-        "is its own predictor."
-    ),
+    "Agrees: the fit of (4) to all samples follows the simulated velocity closely, as in Fig. 4, one sample ahead "
+    "and, less closely, on its own.",
+    "Cannot be known: the paper prints no parameters of the joint, the noise or the fit, nor whether Fig. 4 shows a "
+    "one-step prediction or a free run; the joint and the noise here are this project's.",
+    "A response that fits does not make the parameters right: from all samples Fs is off by a quarter and more, "
+    "because (4) is false where the joint rests or reverses; the paper speaks of sliding only, but not of samples "
+    "left out of the fit.",
+    "The paper does not say which torque u(k) is. With a held torque it must be the one that acted over (k-1, k]; "
+    "with the one commanded at k most or all of the lag is lost, and much of Fs.",
+    "What is left of the error on sliding samples (J, tau) is that of backward differences: it falls with the "
+    "sampling period, as the lag at 10, 5 and 2 ms shows.",
+    "Standard errors and intervals speak of random errors. These data have none; what is left is error of the model, "
+    "so most intervals miss the truth, most of all those of (4).",
+    "Around rest the data depend on the solver: with steps of 0.1 ms instead of 1 ms the joint rests far less, and "
+    "what (4) makes of all samples changes with it; the gated torque form stays.",
+    "The torque form's predictions are simulations of Fig. 2 with its parameters on the solver of the data; (4) is "
+    "its own predictor.",
 )

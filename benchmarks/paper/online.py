@@ -4,38 +4,36 @@ import itertools
 
 import numpy as np
 
-from adaptive_ff.friction.model import ESTIMATED, TorqueModel
+from adaptive_ff.friction.model import ESTIMATED
 from adaptive_ff.learning.batch_least_squares import Array, fit_least_squares
 from adaptive_ff.learning.series import write_physical
 from adaptive_ff.learning.torque_form import TorqueForm
-from benchmarks.paper.experiment import Experiment, Row
-from benchmarks.paper.figure_05 import Online, draw
-from benchmarks.paper.identification_data import (
-    MORE_SEEDS,
-    PERIOD,
-    SEED,
-    SYMBOLS,
-    TRUE,
-    Data,
-    deviations,
-    simulate_noise,
+from benchmarks.paper.data import MORE_SEEDS, PERIOD, SEED, TRUE, Data, in_words, rms, simulate_noise
+from benchmarks.paper.experiment import Experiment, Row, limited
+from benchmarks.paper.figures import figure_05
+from benchmarks.paper.identification import (
+    FIRST,
+    Online,
+    model_free_run,
+    model_of,
+    models_one_step,
+    regression,
+    run_rls,
+    run_torque_form,
+    series_free_run,
 )
-from benchmarks.paper.prediction import FIRST, model_free_run, models_one_step, regression, rms, series_free_run
-from benchmarks.paper.recursion import run_rls, run_torque_form
 from controllers import pi_gains
 
 TRANSIENT = 4.0  # s, after which the paper sees no transients
 COVARIANCE = 1e6
 """Diagonal of ``R0``; the paper says "large"."""
-
 COVARIANCES = (1e2, 1e4, 1e6, 1e8)
 LARGEST_RATIO = 0.2
 LARGEST_DIFFERENCE = 1e-9
-
 ASSUMED_INERTIA = 30.0  # kg m^2, what the torque form starts from: half as much again as the truth
 BANDWIDTH = 10.0  # Hz, of a loop around that inertia: its crossover is the pole of the filters
-SLOWEST = 0.2  # speed of the gate over the Stribeck velocity
-HOLD = 3.0  # hold of the gate, time constants of the filters
+GATE_SPEED = 0.2  # speed of the gate over the Stribeck velocity
+GATE_HOLD = 3.0  # hold of the gate, time constants of the filters
 
 
 def identify_online(data: Data) -> Online:
@@ -48,14 +46,14 @@ def identify_online(data: Data) -> Online:
     proportional, _ = pi_gains(ASSUMED_INERTIA, BANDWIDTH)
     pole, first = proportional / ASSUMED_INERTIA, np.array([ASSUMED_INERTIA, 0.0, 0.0, 0.0, 0.0])
     torque_form = TorqueForm(pole, TRUE.stribeck_velocity, TRUE.stribeck_shape)
-    gate = SLOWEST * TRUE.stribeck_velocity, HOLD / pole
+    gate = GATE_SPEED * TRUE.stribeck_velocity, GATE_HOLD / pole
     form = run_torque_form(torque_form, gate, first, data.time, data.velocity, data.acting)
     return Online(
         np.append(np.zeros(FIRST), recursion.errors),
         series_free_run(recursion.estimates[-1], data.velocity, data.acting) - data.velocity,
         series,
         models_one_step(form, data.velocity, data.acting),
-        model_free_run(model_at(form, -1), data) - data.velocity,
+        model_free_run(model_of(form[-1]), data) - data.velocity,
         form,
     )
 
@@ -66,7 +64,7 @@ def run() -> Experiment:
     online = identify_online(data)
     rows = [*agreement_rows(data), *error_rows(data, online)]
     return Experiment(
-        "Fig. 5, section IV-B: recursive least squares", rows, list(NOTES), {"figure_05": draw(data, online)}
+        "Fig. 5, section IV-B: recursive least squares", rows, list(NOTES), {"figure_05": figure_05(data, online)}
     )
 
 
@@ -83,11 +81,10 @@ def agreement_rows(data: Data) -> list[Row]:
     listed = ", ".join(f"{covariance:g}" for covariance in COVARIANCES)
     falls = all(later < earlier for earlier, later in itertools.pairwise(distances))
     return [
-        Row(
+        limited(
             f"RLS, lambda 1, against LS with prior R0^-1: largest relative difference, R0 = {listed}",
             max(same),
-            f"<= {LARGEST_DIFFERENCE:g}",
-            max(same) <= LARGEST_DIFFERENCE,
+            LARGEST_DIFFERENCE,
         ),
         Row(
             f"RLS, lambda 1, against plain LS: largest relative difference, R0 = {listed}",
@@ -126,8 +123,8 @@ def error_rows(data: Data, online: Online) -> list[Row]:
     worst = max(first for first, _ in others)
     after = f"after {TRANSIENT:g} s"
     return [
-        Row(f"RLS, one-step error / that of w(k-1), {after}", ratio, f"<= {LARGEST_RATIO:g}", ratio <= LARGEST_RATIO),
-        Row(f"the same, worst of {len(MORE_SEEDS)} seeds", worst, f"<= {LARGEST_RATIO:g}", worst <= LARGEST_RATIO),
+        limited(f"RLS, one-step error / that of w(k-1), {after}", ratio, LARGEST_RATIO),
+        limited(f"the same, worst of {len(MORE_SEEDS)} seeds", worst, LARGEST_RATIO),
         Row(f"the same, in the first {TRANSIENT:g} s", rms(online.series_errors[early]) / rms(constant[early])),
         Row(
             f"RLS, one-step error / that of 2 w(k-1) - w(k-2), {after}", ratio_after(data, online.series_errors, linear)
@@ -145,7 +142,7 @@ def error_rows(data: Data, online: Online) -> list[Row]:
             1e3 * rms(online.form_free[late]),
         ),
         *(
-            Row(f"{name}, off the truth at {moment:g} s by, %", in_words(model_at(estimates, round(moment / PERIOD))))
+            Row(f"{name}, off the truth at {moment:g} s by, %", in_words(model_of(estimates[round(moment / PERIOD)])))
             for name, estimates in (("RLS", online.series), ("torque form online", online.form))
             for moment in (TRANSIENT, 10.0, data.time[-1])
         ),
@@ -159,31 +156,15 @@ def online_ratios(data: Data) -> tuple[float, float]:
     return ratio_after(data, online.series_errors, constant), ratio_after(data, online.form_errors, constant)
 
 
-def model_at(estimates: Array, sample: int) -> TorqueModel:
-    """Return the model that an estimate stands for at a sample."""
-    return TorqueModel(*(float(value) for value in estimates[sample]), TRUE.stribeck_velocity, TRUE.stribeck_shape)
-
-
-def in_words(model: TorqueModel) -> str:
-    """Return the deviations of a model from the truth as a line of text."""
-    return ", ".join(f"{SYMBOLS[name]} {100.0 * value:+.1f}" for name, value in deviations(model).items())
-
-
 NOTES = (
-    (
-        "Agrees: from zero and with a large R0 the prediction follows the velocity, and its transients are over "
-        "well before 4 s; the coefficients go on moving."
-    ),
+    "Agrees: from zero and with a large R0 the prediction follows the velocity, and its transients are over well "
+    "before 4 s; the coefficients go on moving.",
     "Cannot be known: the paper gives neither lambda nor R0 for Fig. 5; here lambda = 1 and R0 = 1e6.",
-    (
-        "The naive predictor is a low bar: at 10 ms the velocity hardly changes from sample to sample. Against "
-        "linear extrapolation the error falls to a third, and the free run of the same estimate is an order of "
-        "magnitude worse than its one-step prediction."
-    ),
+    "The naive predictor is a low bar: at 10 ms the velocity hardly changes from sample to sample. Against linear "
+    "extrapolation the error falls to a third, and the free run of the same estimate is an order of magnitude worse "
+    "than its one-step prediction.",
     "The estimate converges to the offline fit of (4) to all samples, hence to wrong physical parameters.",
-    (
-        "The torque form online is RLS over the rows that its gate lets through, begun with an inertia half as much "
-        "again as the true one and no friction; until the gate has opened for the first time (about 1 s here) it "
-        "predicts worse than RLS on the series."
-    ),
+    "The torque form online is RLS over the rows that its gate lets through, begun with an inertia half as much again "
+    "as the true one and no friction; until the gate has opened for the first time (about 1 s here) it predicts worse "
+    "than RLS on the series.",
 )

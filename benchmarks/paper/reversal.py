@@ -4,19 +4,11 @@ The joint of Fig. 4 is driven by noise of one rms and several corner frequencies
 """
 
 from adaptive_ff.learning.batch_least_squares import fit_least_squares
+from benchmarks.paper.data import CORNER, SEED, simulate_noise
 from benchmarks.paper.experiment import Experiment, Row
-from benchmarks.paper.figure_03 import draw
-from benchmarks.paper.identification_data import CORNER, SEED, simulate_noise
-from benchmarks.paper.offline import series
-from benchmarks.paper.prediction import FIRST, series_one_step
-from benchmarks.paper.reversal_errors import (
-    Reversals,
-    kinds_of,
-    measure,
-    old_sign_error,
-    shares_of,
-    with_current_sign,
-)
+from benchmarks.paper.figures import figure_03
+from benchmarks.paper.identification import FIRST, series, series_one_step
+from benchmarks.paper.reversal_errors import Reversals, kinds_of, measure, old_sign_error, shares_of, with_current_sign
 
 CORNERS = (0.25, 0.5, 1.0, 2.0, 4.0, 8.0)  # Hz
 DURATION = 300.0  # s
@@ -38,7 +30,7 @@ def run() -> Experiment:
         Row("the paper's fit to Fig. 4: share of the squared one-step error, %", in_words(shares)),
         *size_rows(found),
     ]
-    figure = draw(records[CORNER], found)
+    figure = figure_03(records[CORNER], found)
     return Experiment("Fig. 3, section III: sign of friction at reversal", table, list(NOTES), {"figure_03": figure})
 
 
@@ -83,25 +75,15 @@ def in_words(shares: dict[str, float]) -> str:
 
 
 NOTES = (
-    (
-        "Agrees: the friction of w(k-1) has the wrong sign for one sample at each reversal, and that sample and the "
-        "next are where sliding data contradict (4)."
-    ),
-    (
-        "Against the paper: the size of that error does not depend on the speed of reversal; it is about what "
-        "friction of the old sign until the end of the period makes in closed form. What slow reversals bring is "
-        "rest, where (4) knows no friction at all: there nearly all of the error lies."
-    ),
-    (
-        "Against the paper: taking the sign of w(k), which it calls the normal case, would double the error at "
-        "reversal, because friction lags: most of it still has the old sign."
-    ),
-    (
-        "Around a slow reversal the velocity crosses zero several times before it rests (figure, right): with "
-        "friction lag the dynamics does oscillate there, which section II-B denies."
-    ),
-    (
-        "Errors of (4) are those of the fit to the sliding samples of Fig. 4, in which reversals have no say; the "
-        "fit to all samples spreads them over the others."
-    ),
+    "Agrees: the friction of w(k-1) has the wrong sign for one sample at each reversal, and that sample and the next "
+    "are where sliding data contradict (4).",
+    "Against the paper: the size of that error does not depend on the speed of reversal; it is about what friction of "
+    "the old sign until the end of the period makes in closed form. What slow reversals bring is rest, where (4) "
+    "knows no friction at all: there nearly all of the error lies.",
+    "Against the paper: taking the sign of w(k), which it calls the normal case, would double the error at reversal, "
+    "because friction lags: most of it still has the old sign.",
+    "Around a slow reversal the velocity crosses zero several times before it rests (figure, right): with friction "
+    "lag the dynamics does oscillate there, which section II-B denies.",
+    "Errors of (4) are those of the fit to the sliding samples of Fig. 4, in which reversals have no say; the fit to "
+    "all samples spreads them over the others.",
 )

@@ -1,4 +1,4 @@
-"""One-step errors of (4) at motion reversal, and what else they could be."""
+"""One-step errors of (4) at motion reversal, what else they could be, and reversals worth a look."""
 
 from typing import NamedTuple
 
@@ -6,10 +6,11 @@ import numpy as np
 
 from adaptive_ff.learning.batch import Mask
 from adaptive_ff.learning.batch_least_squares import Array
-from benchmarks.paper.identification_data import PERIOD, TRUE, Data
-from benchmarks.paper.offline import filtered
-from benchmarks.paper.prediction import FIRST, model_one_step, regression, rms, series_one_step
+from benchmarks.paper.data import PERIOD, TRUE, Data, rms
+from benchmarks.paper.identification import FIRST, filtered, model_one_step, regression, series_one_step
 
+CLEAR = 6  # samples
+SHORTEST_REST, LONGEST_REST = 4, 8  # samples
 KINDS = ("reversal", "next", "rest", "sliding")
 """Kinds of samples ``k``: the velocity has changed sign since ``k - 1``; it had between ``k - 2`` and ``k - 1``; the
 joint rests at one of the three samples of (4); everything else."""
@@ -18,20 +19,11 @@ joint rests at one of the three samples of (4); everything else."""
 class Reversals(NamedTuple):
     """One-step errors in a record.
 
-    Attributes
-    ----------
-    speed : float
-        Median rate of change of the velocity over a reversal, rad/s^2.
-    counts : dict of float
-        Share of each kind in the samples.
-    shares : dict of float
-        Share of each kind in the squared one-step error of (4).
-    sizes : dict of float
-        Rms one-step error of (4) on each kind of samples, rad/s.
-    current_sign : float
-        Rms one-step error at reversals of (4) with ``g`` and ``h`` of ``w(k)``, rad/s.
-    form : float
-        Rms one-step error at reversals of the model that the torque form finds in the record, simulated, rad/s.
+    ``speed``: median rate of change of the velocity over a reversal, rad/s^2; ``counts``: share of each kind in the
+    samples; ``shares``: share of each kind in the squared one-step error of (4); ``sizes``: rms one-step error of (4)
+    on each kind of samples, rad/s; ``current_sign``: rms one-step error at reversals of (4) with ``g`` and ``h`` of
+    ``w(k)``, rad/s; ``form``: rms one-step error at reversals of the model that the torque form finds in the record,
+    simulated, rad/s.
     """
 
     speed: float
@@ -67,12 +59,8 @@ def with_current_sign(velocity: Array, torque: Array) -> tuple[Array, Array]:
 def measure(data: Data, coefficients: Array, current: Array) -> Reversals:
     """Measure the one-step errors of a record on each kind of samples.
 
-    Parameters
-    ----------
-    data : Data
-        The record.
-    coefficients, current : ndarray, shape (6,)
-        Coefficients of (4), and of (4) with the friction regressors of ``w(k)``.
+    ``data``: the record; ``coefficients``, ``current`` (6,): coefficients of (4), and of (4) with the friction
+    regressors of ``w(k)``.
     """
     errors = series_one_step(coefficients, data.velocity, data.acting)[FIRST:]
     kinds = kinds_of(data.velocity)
@@ -98,3 +86,33 @@ def old_sign_error() -> float:
     time = PERIOD * (np.arange(10_000) + 0.5) / 10_000
     lag = TRUE.friction_lag
     return rms(2.0 * TRUE.stiction / TRUE.inertia * (time - lag * (1.0 - np.exp(-time / lag))))
+
+
+def friction(velocity: Array) -> Array:
+    """Return the static friction torque (N m) of the true joint, zero at rest as (4) has it."""
+    share = np.exp(-((np.abs(velocity) / TRUE.stribeck_velocity) ** TRUE.stribeck_shape))
+    level: Array = np.sign(velocity) * (TRUE.coulomb + (TRUE.stiction - TRUE.coulomb) * share) + TRUE.viscous * velocity
+    return level
+
+
+def fast_reversal(velocity: Array) -> int:
+    """Return the sample after the fastest reversal around which the velocity keeps its sign for some samples."""
+    best, fastest = 0, 0.0
+    for k in np.flatnonzero(kinds_of(velocity)["reversal"]) + FIRST:
+        before, after = velocity[k - CLEAR : k], velocity[k : k + CLEAR]
+        speed = abs(velocity[k] - velocity[k - 1])
+        if k > CLEAR and np.all(before * before[-1] > 0.0) and np.all(after * after[0] > 0.0) and speed > fastest:
+            best, fastest = int(k), float(speed)
+    return best
+
+
+def slow_reversal(velocity: Array) -> int:
+    """Return the first sample at rest of the first reversal through a short rest."""
+    resting = np.concatenate([[False], velocity == 0.0, [False]])
+    starts, ends = (np.flatnonzero(np.diff(resting.astype(int)) == sign) for sign in (1, -1))
+    for start, end in zip(starts, ends, strict=True):
+        if start > 2 * CLEAR and SHORTEST_REST <= end - start <= LONGEST_REST and end + CLEAR < velocity.size:
+            before, after = velocity[start - CLEAR], velocity[end + CLEAR - 1]
+            if before * after < 0.0 and min(abs(before), abs(after)) > TRUE.stribeck_velocity:
+                return int(start)
+    return fast_reversal(velocity)

@@ -10,30 +10,24 @@ from functools import cache
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from adaptive_ff import load_scenario
 from adaptive_ff.simulation.experiment import RunSetup, build_plain_setup, empty_record
 from adaptive_ff.simulation.loop import run_compiled, start_position
-from controllers import PI, Controller, compiled, pi_gains
-from plant import JointParameters, JointState, step_joint
-
-Array = NDArray[np.float64]
-Steps = NDArray[np.int64]
+from benchmarks.paper.data import Array, Steps
+from controllers import PI, Controller, pi_gains
 
 SCENARIO = load_scenario()
 """The reference joint, its multisine and its torque limit."""
-
 SOLVER_PERIOD = SCENARIO.joint.solver_period  # s
 DURATION = 120.0  # s
-
 CYCLE = 40  # samples
 REGULAR = 21.0  # ms
 OUTLIERS = {9: 31.0, 19: 42.0, 29: 31.0}  # ms, by place in the cycle
 PERIOD = 0.022  # s, what controllers and estimators assume; the mean of the pattern is 22.025 ms
-
 TORQUE_CONSTANT = 80.0  # K, N m of joint torque per A of motor current
 CURRENT_STEP = 0.025  # A, resolution of the current: 2 N m
+LATE = 0.025  # s; a longer sampling time is an outlier
 NOISE = 0.002  # rad/s, standard deviation of the velocity reading
 BANDWIDTH = 5.0  # Hz, of the PI loop
 GAINS = pi_gains(SCENARIO.feedback.inertia, BANDWIDTH)
@@ -42,20 +36,10 @@ GAINS = pi_gains(SCENARIO.feedback.inertia, BANDWIDTH)
 class Drive(NamedTuple):
     """A record as it is read out, and how well the reference was tracked.
 
-    Attributes
-    ----------
-    time : ndarray, shape (n,)
-        Time of the samples, s.
-    reference, velocity : ndarray, shape (n,)
-        Reference and measured velocity, rad/s.
-    commanded : ndarray, shape (n,)
-        Torque ``K i`` over the period that begins at the sample, N m.
-    acting : ndarray, shape (n,)
-        The one over the period that ends there, N m; zero before the first.
-    steps : ndarray of int64, shape (n,)
-        Solver step of each sample.
-    tracking_error : ndarray, shape (steps + 1,)
-        Reference minus true velocity on the solver's grid, rad/s.
+    ``time`` (n,): time of the samples, s; ``reference``, ``velocity`` (n,): reference and measured velocity, rad/s;
+    ``commanded`` (n,): torque ``K i`` over the period that begins at the sample, N m; ``acting`` (n,): the one over the
+    period that ends there, N m; zero before the first; ``steps`` (n,): solver step of each sample; ``tracking_error``
+    (steps + 1,): reference minus true velocity on the solver's grid, rad/s.
     """
 
     time: Array
@@ -128,42 +112,3 @@ def drive_behind_interface(seed: int) -> Drive:
     torque = fine.commanded[read]
     series = (fine.time[read], fine.reference[read], fine.velocity[read])
     return Drive(*series, torque, torque, read, fine.tracking_error)
-
-
-def predict(joint: JointParameters, record: Drive, *, one_step: bool) -> Array:
-    """Return the velocity (rad/s) at the samples that a simulated joint has under the torque of a record.
-
-    Parameters
-    ----------
-    joint : JointParameters
-        The joint.
-    record : Drive
-        The record.
-    one_step : bool
-        Whether its velocity is set to the measured one at every sample (its friction torque is its own), or runs free.
-    """
-    velocity = record.velocity.copy()
-    run_model(joint, record.steps, record.acting, record.velocity, one_step, SOLVER_PERIOD, velocity)
-    return velocity
-
-
-def _run_model(
-    joint: JointParameters,
-    steps: Steps,
-    torque: Array,
-    measured: Array,
-    one_step: bool,
-    solver_period: float,
-    velocity: Array,
-) -> None:
-    """Fill in the velocity at the samples; see ``predict``."""
-    state = JointState(measured[0], 0.0, 0.0)
-    for k in range(1, steps.size):
-        for _ in range(steps[k - 1], steps[k]):
-            state = step_joint(joint, state, torque[k], solver_period)
-        velocity[k] = state.velocity
-        if one_step:
-            state = JointState(measured[k], state.friction_torque, 0.0)
-
-
-run_model = compiled(_run_model)

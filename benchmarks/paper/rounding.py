@@ -6,9 +6,9 @@ import numpy as np
 
 from adaptive_ff.learning.batch_least_squares import Array
 from adaptive_ff.learning.rls import RLSState, update_rls_in_place, write_projection
+from benchmarks.paper.data import PERIOD, SEED, TRUE, rms, simulate_noise
 from benchmarks.paper.experiment import Experiment, Row
-from benchmarks.paper.identification_data import PERIOD, SEED, TRUE, simulate_noise
-from benchmarks.paper.prediction import regression, rms
+from benchmarks.paper.identification import regression
 from controllers import compiled
 
 FORGETTING_FACTOR = 0.99
@@ -19,8 +19,7 @@ BLOCK = 100  # samples between looks at the covariance
 STEADY_SPEED = 0.2  # rad/s
 STEADY_NOISE = 0.002  # rad/s
 STEADY = 60.0  # s of motion at constant speed
-
-PRINTED, ECONOMICAL, SYMMETRIC = (
+FORMS = PRINTED, ECONOMICAL, SYMMETRIC = (
     "(13) as printed, (I - gamma X') R",
     "(13) as R - gamma (R X)'",
     "(13), one triangle copied",
@@ -30,14 +29,8 @@ PRINTED, ECONOMICAL, SYMMETRIC = (
 class History(NamedTuple):
     """What became of the covariance, a value every few samples.
 
-    Attributes
-    ----------
-    asymmetry : ndarray
-        Largest difference across the diagonal of the covariance, scaled to a unit diagonal.
-    smallest : ndarray
-        Smallest eigenvalue of its symmetric part, scaled alike.
-    errors : ndarray
-        One-step errors of all samples, rad/s.
+    ``asymmetry``: largest difference across the diagonal of the covariance, scaled to a unit diagonal; ``smallest``:
+    smallest eigenvalue of its symmetric part, scaled alike; ``errors``: one-step errors of all samples, rad/s.
     """
 
     asymmetry: Array
@@ -57,18 +50,9 @@ def update_rls_printed(
 
     ``adaptive_ff.learning.rls.update_rls_in_place`` is the one to use: it does the same in n^2 operations.
 
-    Parameters
-    ----------
-    state : RLSState
-        Parameters ``P``, covariance ``R`` and gain; changed in place.
-    room : ndarray, shape (n, n)
-        Room for the covariance that comes next.
-    regressors : ndarray, shape (n,)
-        Regressors ``X(k)``.
-    output : float
-        Regressed output ``w(k)``.
-    forgetting_factor : float
-        ``lambda``, in (0, 1].
+    ``state``: parameters ``P``, covariance ``R`` and gain; changed in place; ``room`` (n, n): room for the covariance
+    that comes next; ``regressors`` (n,): regressors ``X(k)``; ``output``: regressed output ``w(k)``;
+    ``forgetting_factor``: ``lambda``, in (0, 1].
     """
     estimate, covariance, gain = state.estimate, state.covariance, state.gain  # first R(k-1) X(k), then gamma
     error, denominator = write_projection(estimate, covariance, regressors, output, forgetting_factor, gain)
@@ -104,26 +88,19 @@ def update_rls_economical(state: RLSState, regressors: Array, output: float, for
     return error
 
 
-def _run_printed(state: RLSState, room: Array, rows: Array, outputs: Array, factor: float, errors: Array) -> None:
+def _run_form(
+    form: int, state: RLSState, room: Array, rows: Array, outputs: Array, factor: float, errors: Array
+) -> None:
     for k in range(outputs.size):
-        errors[k] = update_rls_printed(state, room, rows[k], outputs[k], factor)
+        if form == 0:
+            errors[k] = update_rls_printed(state, room, rows[k], outputs[k], factor)
+        elif form == 1:
+            errors[k] = update_rls_economical(state, rows[k], outputs[k], factor)
+        else:
+            errors[k] = update_rls_in_place(state, rows[k], outputs[k], factor)
 
 
-def _run_economical(state: RLSState, room: Array, rows: Array, outputs: Array, factor: float, errors: Array) -> None:
-    for k in range(outputs.size):
-        errors[k] = update_rls_economical(state, rows[k], outputs[k], factor)
-
-
-def _run_symmetric(state: RLSState, room: Array, rows: Array, outputs: Array, factor: float, errors: Array) -> None:
-    for k in range(outputs.size):
-        errors[k] = update_rls_in_place(state, rows[k], outputs[k], factor)
-
-
-FORMS = {
-    PRINTED: compiled(_run_printed),
-    ECONOMICAL: compiled(_run_economical),
-    SYMMETRIC: compiled(_run_symmetric),
-}
+run_form = compiled(_run_form)
 
 
 def watch(form: str, rows: Array, outputs: Array, covariance: float) -> History:
@@ -133,7 +110,7 @@ def watch(form: str, rows: Array, outputs: Array, covariance: float) -> History:
     seen, errors = [], np.zeros(outputs.size)
     for start in range(0, outputs.size - BLOCK + 1, BLOCK):
         part = slice(start, start + BLOCK)
-        FORMS[form](state, room, rows[part], outputs[part], FORGETTING_FACTOR, errors[part])
+        run_form(FORMS.index(form), state, room, rows[part], outputs[part], FORGETTING_FACTOR, errors[part])
         seen.append(state.covariance.copy())
         if not np.max(np.abs(state.covariance)) < LARGEST:
             break
@@ -190,16 +167,10 @@ def growth_per_sample(history: History) -> float:
 
 
 NOTES = (
-    (
-        "(13) evaluated exactly as printed, a product of two matrices, does not diverge on these data: under "
-        "excitation its errors of rounding fade, and an hour passes with an asymmetry in the last digits."
-    ),
-    (
-        "What diverges under excitation is the usual economy of using gamma's R X for X'R: then nothing acts on an "
-        "asymmetry once it is there, and it grows by 1/lambda a sample from the first rounding on."
-    ),
-    (
-        "Without excitation every form winds up and becomes indefinite, the symmetric one too: symmetry cures "
-        "rounding, not forgetting. The estimator of the torque form keeps its information above a floor instead."
-    ),
+    "(13) evaluated exactly as printed, a product of two matrices, does not diverge on these data: under excitation "
+    "its errors of rounding fade, and an hour passes with an asymmetry in the last digits.",
+    "What diverges under excitation is the usual economy of using gamma's R X for X'R: then nothing acts on an "
+    "asymmetry once it is there, and it grows by 1/lambda a sample from the first rounding on.",
+    "Without excitation every form winds up and becomes indefinite, the symmetric one too: symmetry cures rounding, "
+    "not forgetting. The estimator of the torque form keeps its information above a floor instead.",
 )

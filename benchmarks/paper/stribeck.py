@@ -10,28 +10,34 @@ from adaptive_ff.learning.stribeck import Array, StribeckFit, fit_stribeck
 from adaptive_ff.learning.support_points import SupportPoints, support_points
 from adaptive_ff.simulation.experiment import build_plain_setup, empty_record
 from adaptive_ff.simulation.loop import run_compiled, start_position
+from benchmarks.paper.data import SEED, TRUE
 from benchmarks.paper.experiment import Experiment, Row
-from benchmarks.paper.figure_08 import NAMES, draw
-from benchmarks.paper.identification_data import SEED, TRUE
+from benchmarks.paper.figures import figure_08
 from controllers import PI
 from plant import sliding_friction
 
 SCENARIO = load_scenario()
 PERIOD = SCENARIO.sampling.period  # s
 EVERY = round(PERIOD / SCENARIO.joint.solver_period)  # solver steps in it
-
 SPEEDS = np.geomspace(0.005, 0.35, 30)  # rad/s, in each direction
 VELOCITIES = np.concatenate([-SPEEDS[::-1], SPEEDS])
 READINGS = 100  # of each drive
 SPACING = 5  # samples from one reading to the next: closer ones are not independent, the loop ties them together
 SETTLING = 200  # samples before the first
-
 SPREAD = 0.03  # standard deviation of a reading, relative
 COMMON = 0.03  # the same of an error that all readings of a drive share
 SEEDS = range(1, 501)
 FEWER_SEEDS = range(1, 101)
 LARGEST_ERROR = 10.0  # %
 COVERAGE = (92.0, 98.0)  # %
+NAMES = {
+    "coulomb": ("Fc", ", N m"),
+    "stiction": ("Fs", ", N m"),
+    "viscous": ("sigma", ", N m s/rad"),
+    "stribeck_velocity": ("Vs", ", rad/s"),
+    "stribeck_shape": ("delta", ""),
+}
+"""Symbols and units of the fitted parameters."""
 
 
 def run() -> Experiment:
@@ -48,7 +54,9 @@ def run() -> Experiment:
     name = f"{len(FEWER_SEEDS)} seeds, {100.0 * COMMON:g} % common to the readings of a drive"
     vague = 100.0 * float(np.mean([not one.determined for one in rough]))
     rows += [*study_rows(name, rough, targets=False), Row(f"{name}: said not to be determined, %", vague)]
-    return Experiment("Fig. 8, section V-C: Stribeck curve", rows, list(NOTES), {"figure_08": draw(points, fit, fits)})
+    return Experiment(
+        "Fig. 8, section V-C: Stribeck curve", rows, list(NOTES), {"figure_08": figure_08(points, fit, fits)}
+    )
 
 
 def simulate_drives(velocities: Array, seed: int) -> SupportPoints:
@@ -74,12 +82,8 @@ def simulate_drives(velocities: Array, seed: int) -> SupportPoints:
 def draw_points(seed: int, *, common: float = 0.0) -> tuple[Array, Array, Array]:
     """Draw velocities (rad/s), mean torques and their standard errors (N m) of drives with random readings.
 
-    Parameters
-    ----------
-    seed : int
-        Seed.
-    common : float, optional
-        Standard deviation of an error that all readings of a drive share, relative to the torque.
+    ``seed``: seed; ``common``: standard deviation of an error that all readings of a drive share, relative to the
+    torque.
     """
     generator = np.random.default_rng([seed, 1])
     friction = true_friction(VELOCITIES)[:, np.newaxis]
@@ -143,9 +147,9 @@ NOTES = (
     "Agrees with the paper: averaged support points of drives in both directions with their spread, and a curve "
     "through them by Levenberg-Marquardt.",
     "Cannot be known: the points, their number, the weights and the values of Vs and delta (the paper prints none).",
-    "Chosen here: 30 speeds in each direction, evenly spaced on a logarithmic scale from 5 to 350 mrad/s, 100 readings "
-    "of each; drives by the PI loop of 10 Hz at 100 Hz with velocity noise of 2 mrad/s, a reading every 50 ms. In the "
-    "study each reading has an error of 3 % of its torque, independent of the others.",
+    "Chosen here: 30 speeds in each direction, evenly spaced on a logarithmic scale from 5 to 350 mrad/s, 100 "
+    "readings of each; drives by the PI loop of 10 Hz at 100 Hz with velocity noise of 2 mrad/s, a reading every 50 "
+    "ms. In the study each reading has an error of 3 % of its torque, independent of the others.",
     "Intervals are of the profile likelihood and take the scatter about the curve into account, so they stay honest "
     "where the points scatter more than their readings say: with 3 % common to all readings of a drive, which "
     "averaging does not remove, the error of Vs and delta is above the 10 % asked for, and the intervals say so.",

@@ -5,15 +5,20 @@ from typing import NamedTuple
 import numpy as np
 
 from adaptive_ff.adaptive.controller import AdaptiveController
-from adaptive_ff.friction.model import ESTIMATED, TorqueModel
-from adaptive_ff.learning.batch import Array, Identification, identify_torque_form, slides_one_way
+from adaptive_ff.friction.model import ESTIMATED
+from adaptive_ff.learning.batch import Array, Identification, Mask, identify_torque_form, slides_one_way
 from adaptive_ff.learning.batch_least_squares import LeastSquaresFit, fit_least_squares
 from adaptive_ff.learning.series import COEFFICIENTS, write_physical
 from adaptive_ff.learning.torque_form import TorqueForm
-from benchmarks.paper.identification_data import TRUE, joint_of
-from benchmarks.paper.prediction import FIRST, regression, rms, series_free_run
-from benchmarks.paper.recursion import run_rls, run_torque_form
-from benchmarks.paper.robot import GAINS, PERIOD, SCENARIO, Drive, build_robot_setup, drive, predict
+from benchmarks.paper.data import CURVE, TRUE, as_row, predict, rms
+from benchmarks.paper.identification import (
+    FIRST,
+    regression,
+    run_rls,
+    run_torque_form,
+    series_free_run,
+)
+from benchmarks.paper.robot import GAINS, PERIOD, SCENARIO, Drive, build_robot_setup, drive
 
 FORGETTING = 0.85  # lambda of section V-E
 COVARIANCE = 1e4  # diagonal of R0; the paper says "large"
@@ -27,18 +32,10 @@ NEAR_REST = 0.02  # rad/s; closer to rest an equation of (4) may be false
 class Series(NamedTuple):
     """What the series (4) makes of a record: offline, and online with forgetting.
 
-    Attributes
-    ----------
-    offline : LeastSquaresFit
-        Least squares over the whole record, (9), as in the paper.
-    sliding : LeastSquaresFit
-        The same over samples that slide one way.
-    coefficients : ndarray, shape (n, 6)
-        Coefficients of (4) after each sample, by RLS.
-    errors : dict of ndarray, shape (n,)
-        Measured minus predicted velocity, rad/s: ``offline`` one step ahead, ``free`` from the offline fit's own
-        outputs; ``prior`` with RLS's coefficients of the sample before, (10), and ``posterior`` with those of the
-        sample that is "predicted".
+    ``offline``: least squares over the whole record, (9), as in the paper; ``sliding``: the same over samples that
+    slide one way; ``coefficients`` (n, 6): coefficients of (4) after each sample, by RLS; ``errors`` (n,): measured
+    minus predicted velocity, rad/s: ``offline`` one step ahead, ``free`` from the offline fit's own outputs; ``prior``
+    with RLS's coefficients of the sample before, (10), and ``posterior`` with those of the sample that is "predicted".
     """
 
     offline: LeastSquaresFit
@@ -50,15 +47,10 @@ class Series(NamedTuple):
 class Form(NamedTuple):
     """What the torque form with its gate makes of a record.
 
-    Attributes
-    ----------
-    offline : Identification
-        Gated least squares over the whole record.
-    estimates : ndarray, shape (n, 5)
-        Physical parameters after each sample, by recursive least squares over the same rows.
-    errors : dict of ndarray, shape (n,)
-        Measured minus predicted velocity, rad/s, of the model that is simulated with the last estimates: ``online`` one
-        step ahead, ``free`` from its own outputs; ``true`` and ``true_free`` the same of the true joint.
+    ``offline``: gated least squares over the whole record; ``estimates`` (n, 5): physical parameters after each sample,
+    by recursive least squares over the same rows; ``errors`` (n,): measured minus predicted velocity, rad/s, of the
+    model that is simulated with the last estimates: ``online`` one step ahead, ``free`` from its own outputs; ``true``
+    and ``true_free`` the same of the true joint.
     """
 
     offline: Identification
@@ -69,14 +61,7 @@ class Form(NamedTuple):
 class Seen(NamedTuple):
     """A record and what was made of it.
 
-    Attributes
-    ----------
-    record : Drive
-        The record.
-    series : Series
-        By the series (4).
-    form : Form
-        By the torque form.
+    ``record``: the record; ``series``: by the series (4); ``form``: by the torque form.
     """
 
     record: Drive
@@ -114,12 +99,18 @@ def fit_form(record: Drive) -> Form:
     torque_form = TorqueForm(FILTER_POLE, TRUE.stribeck_velocity, TRUE.stribeck_shape)
     first = np.array([SCENARIO.feedback.inertia, 0.0, 0.0, 0.0, 0.0])
     estimates = run_torque_form(torque_form, (SLOWEST, HOLD), first, record.time, record.velocity, record.acting)
-    joints = {"": joint_of(model_of(estimates[-1])), "true": joint_of(TRUE)}
+    models = {("online", "free"): estimates[-1:], ("true", "true_free"): as_row(TRUE)}
     errors = {}
-    for name, joint in joints.items():
-        errors[name or "online"] = record.velocity - predict(joint, record, one_step=True)
-        errors[f"{name}_free".strip("_")] = record.velocity - predict(joint, record, one_step=False)
+    for names, model in models.items():
+        for name, one_step in zip(names, (True, False), strict=True):
+            errors[name] = record.velocity - predict_record(model, record, one_step=one_step)
     return Form(identify_form(record), estimates, errors)
+
+
+def predict_record(model: Array, record: Drive, *, one_step: bool) -> Array:
+    """Return the velocity (rad/s) of a simulated model, shape (1, 5), along a record; see :func:`predict`."""
+    series = record.steps, record.acting, record.velocity
+    return predict(model, *series, one_step=one_step, period=SCENARIO.joint.solver_period)
 
 
 def identify_form(record: Drive) -> Identification:
@@ -128,8 +119,7 @@ def identify_form(record: Drive) -> Identification:
         record.time,
         record.velocity,
         record.acting,
-        stribeck_velocity=TRUE.stribeck_velocity,
-        stribeck_shape=TRUE.stribeck_shape,
+        **CURVE,
         filter_pole=FILTER_POLE,
         slowest=SLOWEST,
         hold=HOLD,
@@ -142,15 +132,9 @@ def adaptive() -> AdaptiveController:
         *GAINS,
         PERIOD,
         inertia=SCENARIO.feedback.inertia,
-        stribeck_velocity=TRUE.stribeck_velocity,
-        stribeck_shape=TRUE.stribeck_shape,
+        **CURVE,
         parameters=ESTIMATED,
     )
-
-
-def model_of(physical: Array) -> TorqueModel:
-    """Return the model with five physical parameters."""
-    return TorqueModel(*(float(value) for value in physical), TRUE.stribeck_velocity, TRUE.stribeck_shape)
 
 
 def physical_of(coefficients: Array) -> Array:
@@ -163,3 +147,15 @@ def physical_of(coefficients: Array) -> Array:
 def settled_rms(record: Drive, errors: Array) -> float:
     """Return the rms of errors after the transient, in mrad/s."""
     return 1e3 * rms(errors[record.time >= TRANSIENT])
+
+
+def physical_series(coefficients: Array) -> Array:
+    """Return the physical parameters for each row of coefficients, shape (n, 5); not numbers where there are none."""
+    return np.array([physical_of(row) for row in coefficients])
+
+
+def is_possible(physical: Array) -> Mask:
+    """Tell which rows are a joint: positive inertia, friction and lag not negative."""
+    with np.errstate(invalid="ignore"):
+        possible: Mask = (physical[:, 0] > 0.0) & np.all(physical[:, 1:] >= 0.0, axis=1)
+    return possible

@@ -6,20 +6,13 @@ import pytest
 from adaptive_ff.learning.series import series_coefficients
 from adaptive_ff.simulation.experiment import empty_record
 from adaptive_ff.simulation.loop import run_compiled, start_position
-from benchmarks.paper import figure_07, figure_08, figure_09, figure_10, figure_11, figure_12, stribeck
+from benchmarks.paper import stribeck
 from benchmarks.paper.closed_loop import data_rows
-from benchmarks.paper.closed_loop_offline import error_places
-from benchmarks.paper.closed_loop_online import (
-    POSTERIOR,
-    PRIOR,
-    is_possible,
-    physical_series,
-    ratios,
-    sliding_ratios,
-)
 from benchmarks.paper.compensation import ALONE, FORM, OFFLINE, ONLINE, ORACLE, SLIDING, tracking_errors
-from benchmarks.paper.identification_data import TRUE, joint_of
-from benchmarks.paper.prediction import rms
+from benchmarks.paper.data import TRUE, TRUTH_VALUES, as_row, rms
+from benchmarks.paper.experiment import median_and_range, median_deviation
+from benchmarks.paper.figures import figure_08
+from benchmarks.paper.poor_data import POSTERIOR, PRIOR, error_places, ratios, sliding_ratios
 from benchmarks.paper.robot import (
     CURRENT_STEP,
     GAINS,
@@ -29,11 +22,19 @@ from benchmarks.paper.robot import (
     build_robot_setup,
     drive,
     drive_behind_interface,
-    predict,
     sample_steps,
 )
-from benchmarks.paper.summaries import TRUTH, median_and_range, median_deviation
-from benchmarks.paper.watching import fit_series, identify_form, physical_of, settled_rms, watch
+from benchmarks.paper.robot_figures import figure_07, figure_09, figure_10, figure_11, figure_12
+from benchmarks.paper.watching import (
+    fit_series,
+    identify_form,
+    is_possible,
+    physical_of,
+    physical_series,
+    predict_record,
+    settled_rms,
+    watch,
+)
 from controllers import PI
 
 RESOLUTION = TORQUE_CONSTANT * CURRENT_STEP
@@ -82,13 +83,13 @@ def test_loop_is_the_one_of_the_package_where_the_current_is_fine():
 
 
 def test_the_true_joint_predicts_the_record_down_to_the_noise():
-    joint = joint_of(TRUE)
+    joint = as_row(TRUE)
     quiet = drive(build_robot_setup(104, duration=20.0, noise=0.0))
-    assert np.array_equal(predict(joint, quiet, one_step=False), quiet.velocity)
+    assert np.array_equal(predict_record(joint, quiet, one_step=False), quiet.velocity)
     noisy = drive(build_robot_setup(104, duration=60.0))
-    free = noisy.velocity - predict(joint, noisy, one_step=False)
+    free = noisy.velocity - predict_record(joint, noisy, one_step=False)
     assert rms(free) == pytest.approx(NOISE, rel=0.05)
-    assert rms(noisy.velocity - predict(joint, noisy, one_step=True)) > 1.2 * NOISE  # that of two samples
+    assert rms(noisy.velocity - predict_record(joint, noisy, one_step=True)) > 1.2 * NOISE  # that of two samples
 
 
 def test_reading_out_a_fast_loop_gives_its_current_and_velocity_at_the_samples():
@@ -130,7 +131,7 @@ def test_the_prior_error_is_larger_and_the_posterior_smaller_than_that_of_the_of
 
 
 def test_the_offline_fit_is_spoilt_near_rest_and_not_by_the_sampling(seen):
-    deviations = [physical_of(fit.values) / TRUTH - 1.0 for fit in (seen.series.offline, seen.series.sliding)]
+    deviations = [physical_of(fit.values) / TRUTH_VALUES - 1.0 for fit in (seen.series.offline, seen.series.sliding)]
     assert deviations[0][0] > 5.0
     assert np.abs(deviations[1]) == pytest.approx(np.zeros(5), abs=1.5)
     assert np.all(np.abs(deviations[1][:4]) < 0.12)
@@ -148,7 +149,7 @@ def test_the_offline_fit_is_spoilt_near_rest_and_not_by_the_sampling(seen):
 def test_the_torque_form_identifies_from_the_same_data(seen):
     offline = [estimate.value for estimate in seen.form.offline.physical.values()]
     for physical in (np.array(offline), seen.form.estimates[-1]):
-        assert np.all(np.abs(physical[:4] / TRUTH[:4] - 1.0) < 0.1)
+        assert np.all(np.abs(physical[:4] / TRUTH_VALUES[:4] - 1.0) < 0.1)
     assert settled_rms(seen.record, seen.form.errors["online"]) < 0.8 * settled_rms(
         seen.record, seen.series.errors["offline"]
     )
@@ -167,7 +168,7 @@ def test_coefficients_with_a_short_memory_stand_for_no_joint(seen):
     assert 0.01 < np.mean(possible) < 0.3
     true = np.array(series_coefficients(TRUE, PERIOD))
     assert np.all(is_possible(physical_series(true[np.newaxis])))
-    assert physical_of(true) == pytest.approx(TRUTH)
+    assert physical_of(true) == pytest.approx(TRUTH_VALUES)
     assert not is_possible(
         np.array([[np.nan] * 5, [20.0, 60.0, 90.0, -1.0, 0.02], [-20.0, 60.0, 90.0, 1.0, 0.02]])
     ).any()
@@ -195,7 +196,7 @@ def test_rows_about_the_data_tell_what_the_record_is(seen):
 def test_medians_and_deviations_in_words():
     assert median_and_range([3.0, 1.0, 10.0]) == "3.00 (1.00 to 10.00)"
     assert median_and_range([0.26, 0.34], 1) == "0.3 (0.3 to 0.3)"
-    text = median_deviation([TRUTH, 1.1 * TRUTH, 2.0 * TRUTH])
+    text = median_deviation([TRUTH_VALUES, 1.1 * TRUTH_VALUES, 2.0 * TRUTH_VALUES])
     assert text == "J +10.0, Fc +10.0, Fs +10.0, sigma +10.0, tau +10.0"
 
 
@@ -206,20 +207,20 @@ def drawn(figure, panel):
 def test_figures_show_the_record_and_the_errors(seen, fits):
     record, series, form = seen
     part = (record.time >= 60.0) & (record.time <= 75.0)
-    late = drawn(figure_11.draw(*seen), 1)
+    late = drawn(figure_11(*seen), 1)
     assert late["measured"] == pytest.approx(record.velocity[part])
     assert late["RLS, a-posteriori"] == pytest.approx((record.velocity - series.errors["posterior"])[part])
-    ahead = drawn(figure_09.draw(*seen), 1)
+    ahead = drawn(figure_09(*seen), 1)
     assert ahead["torque form, simulated"] == pytest.approx(1e3 * form.errors["online"][part])
-    (whole,) = (lines for lines in drawn(figure_07.draw(record), 2).values() if lines.size == record.time.size)
+    (whole,) = (lines for lines in drawn(figure_07(record), 2).values() if lines.size == record.time.size)
     assert whole == pytest.approx(record.commanded)
-    shown = np.concatenate(list(drawn(figure_10.draw(record), 0).values()))
+    shown = np.concatenate(list(drawn(figure_10(record), 0).values()))
     assert {21.0, 31.0, 42.0} <= set(np.round(shown, 6))
-    inertia = drawn(figure_12.draw(*seen), 1)
+    inertia = drawn(figure_12(*seen), 1)
     assert inertia["torque form, online"] == pytest.approx(form.estimates[record.time <= 60.0][:, 0])
     points = stribeck.simulate_drives(stribeck.VELOCITIES[::6], 1001)
     fit = stribeck.fit_stribeck(points.velocity, points.torque, points.standard_error)
-    cloud = np.concatenate(list(drawn(figure_08.draw(points, fit, fits), 3).values()))
+    cloud = np.concatenate(list(drawn(figure_08(points, fit, fits), 3).values()))
     assert set(np.round([one.stribeck_shape for one in fits], 9)) <= set(np.round(cloud, 9))
 
 

@@ -9,16 +9,17 @@ from adaptive_ff.learning.batch import identify_series
 from adaptive_ff.learning.rls import RLSState, update_rls_in_place
 from adaptive_ff.learning.series import series_coefficients
 from benchmarks.paper import misprints, offline, online, reversal, reversal_errors, rounding
-from benchmarks.paper.identification_data import MORE_SEEDS, PERIOD, SEED, TRUE, deviations, joint_of, simulate_noise
-from benchmarks.paper.prediction import (
+from benchmarks.paper.data import MORE_SEEDS, PERIOD, SEED, TRUE, deviations, rms, simulate_noise
+from benchmarks.paper.identification import (
     model_free_run,
+    model_of,
     model_one_step,
     regression,
-    rms,
+    run_rls,
+    series,
     series_free_run,
     series_one_step,
 )
-from benchmarks.paper.recursion import run_rls
 from benchmarks.paper.rounding import update_rls_printed
 from plant import Joint, JointModel
 
@@ -63,7 +64,6 @@ def test_data_are_those_of_the_joint_under_the_held_torque(data):
         inertia=20.0, coulomb=60.0, stiction=90.0, viscous=80.0, stribeck_velocity=0.05, friction_lag=0.02
     )
     joint = Joint(model)
-    assert joint_of(TRUE) == model.parameters
     expected = [0.0, *(joint.step(torque, PERIOD) for torque in data.commanded[:300])]
     assert data.velocity[:301] == pytest.approx(expected, rel=1e-12, abs=1e-15)
     assert np.array_equal(data.acting[1:], data.commanded[:-1])
@@ -103,7 +103,7 @@ def test_the_lag_that_series_finds_comes_nearer_with_the_sampling_period(data):
     errors = []
     for period in (0.01, 0.005, 0.002):
         record = data.every(period)
-        found = offline.series(record.velocity, record.acting, sliding=True, period=period)
+        found = series(record.velocity, record.acting, sliding=True, period=period)
         errors.append(abs(deviations(found.model)["friction_lag"]))
     assert errors[0] > 1.5 * errors[1] > 2.0 * errors[2]
 
@@ -165,7 +165,7 @@ def test_target_of_figure_5(seed):
 def test_online_estimates_end_where_offline_ones_do(data, found, online_run):
     last = TorqueModel(*online_run.series[-1], 0.05, 1.0)
     assert last == pytest.approx(found[offline.SHIFTED].model, rel=1e-4)
-    assert max(map(abs, deviations(online.model_at(online_run.form, -1)).values())) < 0.05
+    assert max(map(abs, deviations(model_of(online_run.form[-1])).values())) < 0.05
     assert rms(online_run.series_free[400:]) > 5.0 * rms(online_run.series_errors[400:])
 
 
@@ -253,30 +253,17 @@ def test_kinds_of_samples():
     assert names == ["reversal", "next", "sliding", "rest", "rest", "rest", "rest", "sliding"]
 
 
-@pytest.mark.parametrize(
-    ("joint", "coefficients"),
-    [
-        (misprints.joint_corrected, series_coefficients),
-        (misprints.joint_as_printed, misprints.printed_coefficients),
-        (
-            misprints.joint_with_printed_a1,
-            lambda model, period: misprints.with_printed_a1(model, period, series_coefficients(model, period)),
-        ),
-        (
-            misprints.joint_with_printed_b,
-            lambda model, period: misprints.with_printed_b(model, period, series_coefficients(model, period)),
-        ),
-    ],
-)
-def test_each_reading_of_the_coefficients_inverts_its_own_formulae(joint, coefficients):
+@pytest.mark.parametrize("reading", misprints.READINGS)
+def test_each_reading_of_the_coefficients_inverts_its_own_formulae(reading):
     for model, period in ((TRUE, 0.01), (TorqueModel(3.0, 5.0, 9.0, 2.0, 0.1, 0.05, 1.0), 0.022)):
-        assert joint(np.array(coefficients(model, period)), period) == pytest.approx(
+        coefficients = np.array(misprints.coefficients_of(model, period, reading))
+        assert misprints.joint_of_reading(coefficients, period, reading) == pytest.approx(
             {name: getattr(model, name) for name in ESTIMATED}, rel=1e-8
         )
 
 
 def test_misprints_shift_inertia_viscous_friction_and_lag_as_the_notes_say():
-    found = misprints.joint_as_printed(np.array(series_coefficients(TRUE, PERIOD)), PERIOD)
+    found = misprints.joint_of_reading(np.array(series_coefficients(TRUE, PERIOD)), PERIOD, "all as printed")
     assert found["inertia"] == pytest.approx(20.0 + 0.4 / 0.01, rel=1e-9)
     assert found["viscous"] == pytest.approx(80.0 - 0.4 / 0.01**2, rel=1e-9)
     assert found["friction_lag"] == pytest.approx(0.02 / 0.01, rel=1e-9)

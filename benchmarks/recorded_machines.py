@@ -10,7 +10,7 @@ from scipy import io
 
 from adaptive_ff.logs.log import Log, read_log
 
-DATA = Path(__file__).resolve().parents[3] / "shared" / "data"
+DATA = Path(__file__).resolve().parents[2] / "shared" / "data"
 
 
 @dataclass(frozen=True)

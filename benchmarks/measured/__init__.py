@@ -1,1 +1,0 @@
-"""Measured machines: identification, replay and closed loop over recorded data."""
