@@ -75,7 +75,7 @@ class Tuning(NamedTuple):
 
     quiet: float = 0.01
     loud: float = 0.2
-    load_walk: float = 1.0
+    load_walk: float = 0.3
     memory: float = 6000.0
     short_memory: float = 100.0
     switching: float = 0.1
