@@ -93,3 +93,16 @@ def mutation(mutants: int, count: int = 1, first: int = 1) -> list[Case]:
         Case(f"mutants/{seed}", seed, partial(run_report, "kernels", partial(_mutation, mutants, seed)))
         for seed in range(first, first + count)
     ]
+
+
+def _chip(chip: str, kinds: list[str]) -> Found:
+    from benchmarks.export.chips import CHIPS, measured
+
+    return {"": {"row": chip}, **{kind: measured(CHIPS[chip], kind) for kind in kinds}}
+
+
+def chips(count: int = 1, first: int = 1) -> list[Case]:
+    """Return the processors for which controllers are exported."""
+    from benchmarks.export.chips import CHIPS
+
+    return [Case(chip, first, partial(_chip, chip)) for chip in CHIPS]

@@ -1,0 +1,140 @@
+"""Exported controllers on processors of drives: compiled, and run under emulation that counts instructions.
+
+The machine of the emulator executes one instruction in a nanosecond of its own time, which its timer of 25 MHz shows to
+40 instructions. It knows no caches and no wait states: the count is of instructions, not of cycles. The stack is what
+has been overwritten of a pattern.
+"""
+
+import re
+import subprocess
+import tempfile
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from adaptive_ff import load_scenario
+from adaptive_ff.comparison.registry import make_controller
+from benchmarks.export.driver import found, write_sources
+
+KINDS = ("pi", "fixed", "adaptive")
+ARM, RISC = ("arm-none-eabi-gcc", "-mthumb", "-mfloat-abi=hard"), ("riscv64-unknown-elf-gcc", "--specs=picolibc.specs")
+FLAGS = ("-std=c99", "-Os", "-ffp-contract=off", "-ffunction-sections")
+STEPS = 3000
+
+
+class Chip(NamedTuple):
+    """A processor: its compiler, the machine that stands for it (none where empty), and the precision."""
+
+    command: tuple[str, ...]
+    machine: str
+    single: bool
+
+
+M4, M7 = (*ARM, "-mcpu=cortex-m4", "-mfpu=fpv4-sp-d16"), (*ARM, "-mcpu=cortex-m7", "-mfpu=fpv5-d16")
+CHIPS = {
+    "Cortex-M4F, single precision": Chip(M4, "mps2-an386", True),
+    "Cortex-M4F, double in software": Chip(M4, "mps2-an386", False),
+    "Cortex-M7, single precision": Chip(M7, "mps2-an500", True),
+    "Cortex-M7, double precision": Chip(M7, "mps2-an500", False),
+    "rv32imafc, single precision": Chip((*RISC, "-march=rv32imafc", "-mabi=ilp32f"), "", True),
+    "rv32imafdc, double precision": Chip((*RISC, "-march=rv32imafdc", "-mabi=ilp32d"), "", False),
+}
+
+MAIN = """#include "drive.h"
+#include <math.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#define REGISTER(place) (*(volatile uint32_t *)(place))
+#define BOTTOM ((uint8_t *)0x20200000)
+static drive_Controller controller;
+int main(void)
+{
+    uint32_t most = 0, here = 0;
+    uint8_t *top, *low = BOTTOM;
+    __asm volatile("mov %0, sp" : "=r"(top));
+    drive_init(&controller);
+    REGISTER(0xE000E014) = 0xFFFFFFu;
+    REGISTER(0xE000E018) = 0u;
+    REGISTER(0xE000E010) = 5u;
+    while (low < top - 128) *low++ = 0xA5u; /* below what the loop itself takes */
+    for (uint32_t k = 0; k < STEPS; k++) {
+        drive_Inputs inputs = drive_default_inputs();
+        drive_Output output;
+        inputs.reference = (REAL)(0.3 * sin(0.02 * k));
+        inputs.next_reference = (REAL)(0.3 * sin(0.02 * (k + 1)));
+        inputs.velocity = (REAL)(0.29 * sin(0.02 * k - 0.05));
+        here = REGISTER(0xE000E018);
+        if (drive_step(&controller, &inputs, &output) != DRIVE_OK) return 1;
+        here = (here - REGISTER(0xE000E018)) & 0xFFFFFFu;
+        if (here > most) most = here;
+    }
+    for (low = BOTTOM; *low == 0xA5u;) low++;
+    printf("%u %u\\n", (unsigned)(40u * most), (unsigned)(top - low));
+    return 0;
+}
+void reset(void)
+{
+    REGISTER(0xE000ED88) |= 0xFu << 20;
+    __asm volatile("dsb\\n isb");
+    extern void initialise_monitor_handles(void);
+    initialise_monitor_handles();
+    exit(main());
+}
+__attribute__((section(".vectors"), used)) static void *const vectors[] = {(void *)0x20300000, (void *)reset};
+"""
+
+LAYOUT = """ENTRY(reset)
+SECTIONS
+{
+    .text 0x0 : { KEEP(*(.vectors)) *(.text*) *(.rodata*) *(.ARM.ex*) }
+    .data 0x20000000 : { *(.data*) }
+    .bss : { *(.bss*) *(COMMON) }
+    end = .;
+}
+"""
+
+
+def measured(chip: Chip, kind: str) -> dict[str, float]:
+    """Return bytes of code and constants, of the controller, and of the stack of a step, and its most instructions.
+
+    Raises
+    ------
+    ValueError
+        A compiler or the emulator is not installed.
+    """
+    if not found(chip.command[0]) or (chip.machine and not found("qemu-system-arm")):
+        raise ValueError(f"{chip.command[0]} or qemu-system-arm is not installed")
+    with tempfile.TemporaryDirectory() as place:
+        folder = Path(place)
+        write_sources(make_controller(load_scenario(), kind), folder, chip.single)
+        _run(folder, *chip.command, *FLAGS, "-c", "drive.c", "-o", "drive.o")
+        (folder / "ram.c").write_text('#include "drive.h"\ndrive_Controller controller;\n')
+        _run(folder, *chip.command, *FLAGS, "-c", "ram.c", "-o", "ram.o")
+        size = chip.command[0].replace("gcc", "size")
+        sizes = [
+            re.findall(r"^\s*(\d+)\s+(\d+)\s+(\d+)", _run(folder, size, name), re.M)[0] for name in ("drive.o", "ram.o")
+        ]
+        version = _run(folder, chip.command[0], "-dumpfullversion").strip()
+        figures = {"flash": float(sizes[0][0]), "ram": float(sizes[1][2]), "gcc": float(version.rpartition(".")[0])}
+        if chip.machine:
+            figures |= _emulated(chip, folder)
+    return figures
+
+
+def _emulated(chip: Chip, folder: Path) -> dict[str, float]:
+    real = "float" if chip.single else "double"
+    (folder / "main.c").write_text(MAIN.replace("REAL", real).replace("STEPS", str(STEPS)))
+    (folder / "layout.ld").write_text(LAYOUT)
+    linked = ("-T", "layout.ld", "-nostartfiles", "--specs=rdimon.specs", "-Wl,--gc-sections", "-lm", "-o", "chip.elf")
+    _run(folder, *chip.command, *FLAGS, "main.c", "drive.o", *linked)
+    machine = ("-machine", chip.machine, "-kernel", "chip.elf", "-nographic", "-semihosting", "-monitor", "none")
+    said = _run(folder, "qemu-system-arm", *machine, "-serial", "none", "-icount", "shift=0")
+    instructions, stack = (float(number) for number in said.split())
+    return {"instructions": instructions, "stack": stack}
+
+
+def _run(folder: Path, *command: str) -> str:
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False, timeout=300)
+    if done.returncode:
+        raise ValueError(f"{' '.join(command[:3])}: {(done.stderr + done.stdout)[:300]}")
+    return done.stdout
