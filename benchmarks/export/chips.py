@@ -9,7 +9,7 @@ import re
 import subprocess
 import tempfile
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from adaptive_ff import load_scenario
 from adaptive_ff.comparison.registry import make_controller
