@@ -1,17 +1,20 @@
-"""Robustness margins of a sampled loop, with python-control."""
+"""Robustness margins of a sampled loop."""
 
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-import control
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
 FREQUENCIES = 2000
 """Points of the frequency response from the slowest frequency to the Nyquist frequency."""
+
+
+OpenLoop = tuple[NDArray[Any], NDArray[Any], float]
+"""Numerator and denominator of an open loop in ``z``, falling powers, and where its response begins, rad a sample."""
 
 
 @dataclass(frozen=True)
@@ -53,7 +56,9 @@ def loop_margins(numerator: NDArray[Any], denominator: NDArray[Any], slowest: fl
     """
     poles = np.roots(np.polyadd(numerator, denominator))
     omega = np.geomspace(slowest, math.pi, FREQUENCIES)
-    value = np.squeeze(control.frequency_response(control.tf(numerator, denominator, 1.0), omega).complex)
+    points = np.exp(1j * omega)
+    with np.errstate(all="ignore"):
+        value = _polynomial(numerator, points) / _polynomial(denominator, points)
     crossings = np.nonzero(np.abs(value) >= 1.0)[0]
     last = int(crossings[-1]) if crossings.size else -1
     # where the loop is real and negative beyond the crossover: the imaginary part changes its sign, or ends at Nyquist
@@ -67,31 +72,20 @@ def loop_margins(numerator: NDArray[Any], denominator: NDArray[Any], slowest: fl
     )
 
 
-def maximum_sensitivity(numerator: NDArray[Any], denominator: NDArray[Any], slowest: float) -> float:
-    """Return the maximum sensitivity of :func:`loop_margins` alone, to the bit, for searches that need nothing else."""
-    closed = np.polyadd(numerator, denominator)
-    if not bool(np.all(np.abs(np.roots(closed)) < 1.0)):
-        return math.inf
-    points = np.exp(1j * np.geomspace(slowest, math.pi, FREQUENCIES))
-    with np.errstate(all="ignore"):
-        value = _polynomial(numerator, points) / _polynomial(denominator, points)
-    return float(np.max(1.0 / np.abs(1.0 + value)))
-
-
 def _polynomial(coefficients: NDArray[Any], points: NDArray[Any]) -> NDArray[Any]:
-    """Evaluate a polynomial, falling powers, by Horner's rule; leading zeros are left out as python-control does."""
+    """Evaluate a polynomial, falling powers, by Horner's rule."""
     first = int(np.flatnonzero(coefficients)[0])
     value: NDArray[Any] = np.polyval(coefficients[first:], points)
     return value
 
 
-def largest_setting(sensitivity: Callable[[float], float], bound: float, start: float, end: float) -> float:
+def largest_setting(opened: Callable[[float], OpenLoop], bound: float, start: float, end: float) -> float:
     """Return the largest setting up to which the maximum sensitivity stays within a bound.
 
     Parameters
     ----------
-    sensitivity : callable
-        Maximum sensitivity at a setting.
+    opened : callable
+        Arguments of :func:`loop_margins` at a setting.
     bound : float
         The bound.
     start, end : float
@@ -99,7 +93,7 @@ def largest_setting(sensitivity: Callable[[float], float], bound: float, start: 
     """
 
     def reserve(setting: float) -> float:
-        return 1.0 / sensitivity(setting) - 1.0 / bound
+        return 1.0 / loop_margins(*opened(setting)).maximum_sensitivity - 1.0 / bound
 
     slow = start
     while slow < end:

@@ -23,9 +23,8 @@ import numpy as np
 
 from controllers.checks import check_numbers, check_positive
 from controllers.design.arguments import check_sensitivity, check_whole_delay
-from controllers.design.margins import LoopMargins, largest_setting, loop_margins
-from controllers.design.margins import maximum_sensitivity as sensitivity_of
-from controllers.design.sampled_loop import Compensation, Polynomial, SampledLoop, open_loop, sampled_loop
+from controllers.design.margins import LoopMargins, OpenLoop, largest_setting, loop_margins
+from controllers.design.sampled_loop import Compensation, SampledLoop, open_loop, sampled_loop
 from controllers.design.velocity_filter import filter_of
 
 SLOWEST = 0.1
@@ -72,9 +71,7 @@ def on_observed_velocity(loop: SampledLoop, velocity_gain: float, disturbance_ga
     return Compensation(np.polysub(direct.numerator, (1.0 - velocity_gain) * loop.feedback), direct.denominator)
 
 
-def _opened(
-    loop: SampledLoop, angle: float, compensation: Callable[[SampledLoop, float], Compensation]
-) -> tuple[Polynomial, Polynomial, float]:
+def _opened(loop: SampledLoop, angle: float, compensation: Callable[[SampledLoop, float], Compensation]) -> OpenLoop:
     return *open_loop(loop, compensation(loop, angle)), 0.1 * min(loop.proportional, angle, 1.0)
 
 
@@ -88,13 +85,13 @@ def fastest_angle(loop: SampledLoop, bound: float, compensation: Callable[[Sampl
         No bandwidth meets the bound.
     """
     start = SLOWEST * min(loop.proportional, 1.0)
-    least = sensitivity_of(*_opened(loop, start, compensation))
+    least = loop_margins(*_opened(loop, start, compensation)).maximum_sensitivity
     if least > bound:
         raise ValueError(
             f"maximum_sensitivity = {bound:g} is not allowed: with the slowest observer the loop has "
             f"{least:.4g} already"
         )
-    return largest_setting(lambda angle: sensitivity_of(*_opened(loop, angle, compensation)), bound, start, math.pi)
+    return largest_setting(lambda angle: _opened(loop, angle, compensation), bound, start, math.pi)
 
 
 @cache

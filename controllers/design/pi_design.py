@@ -8,12 +8,10 @@ from functools import cache, lru_cache
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from controllers.checks import check_positive
 from controllers.design.arguments import check_sensitivity, check_whole_delay
-from controllers.design.margins import LoopMargins, largest_setting, loop_margins
-from controllers.design.margins import maximum_sensitivity as sensitivity_of
+from controllers.design.margins import LoopMargins, OpenLoop, largest_setting, loop_margins
 from controllers.design.sampled_loop import SampledLoop, open_loop
 from controllers.design.systems import LoopSystems, loop_systems
 from controllers.design.velocity_filter import NO_FILTER, VelocityFilter, filter_of
@@ -213,19 +211,15 @@ def fastest_bandwidth(
 @cache
 def _fastest_relative(delay: int, maximum_sensitivity: float, velocity: VelocityFilter) -> float:
     """Return the largest bandwidth times period within a bound on the maximum sensitivity."""
-
-    def sensitivity(relative_bandwidth: float) -> float:
-        return sensitivity_of(*_loop(relative_bandwidth, delay, velocity))
-
-    if sensitivity(SLOWEST) > maximum_sensitivity:
+    least = _margins(SLOWEST, delay, velocity).maximum_sensitivity
+    if least > maximum_sensitivity:
         raise ValueError(
-            f"maximum_sensitivity = {maximum_sensitivity:g} is not allowed: even the slowest loop has "
-            f"{sensitivity(SLOWEST):.3f}"
+            f"maximum_sensitivity = {maximum_sensitivity:g} is not allowed: even the slowest loop has {least:.3f}"
         )
-    return largest_setting(sensitivity, maximum_sensitivity, SLOWEST, 0.5)
+    return largest_setting(lambda relative: _loop(relative, delay, velocity), maximum_sensitivity, SLOWEST, 0.5)
 
 
-def _loop(relative_bandwidth: float, delay: int, velocity: VelocityFilter) -> tuple[NDArray[Any], NDArray[Any], float]:
+def _loop(relative_bandwidth: float, delay: int, velocity: VelocityFilter) -> OpenLoop:
     """Return numerator and denominator of the open loop with inertia 1 and period 1, and where its response begins."""
     loop = SampledLoop(*pi_gains(1.0, relative_bandwidth), delay, velocity)
     return *open_loop(loop), 1e-2 * 2.0 * math.pi * relative_bandwidth

@@ -8,7 +8,7 @@ import numpy as np
 
 from controllers.checks import check_positive
 from controllers.design.arguments import check_sensitivity, check_whole_delay
-from controllers.design.margins import LoopMargins, largest_setting, loop_margins
+from controllers.design.margins import OpenLoop, largest_setting, loop_margins
 from controllers.design.pi_design import pi_gains
 from controllers.design.velocity_filter import VelocityFilter, filter_of, in_z
 from controllers.sensitivity import PI_SENSITIVITY
@@ -91,18 +91,18 @@ def design_position_loop(
     check_positive(gain=gain)
     relative, filtered = bandwidth * period, filter_of(velocity)
 
-    def margins(setting: float) -> LoopMargins:
-        return _margins(relative, setting, int(delay), filtered)
+    def opened(setting: float) -> OpenLoop:
+        return _opened(relative, setting, int(delay), filtered)
 
-    reached = margins(gain * period)
+    reached = loop_margins(*opened(gain * period))
     if not reached.maximum_sensitivity <= maximum_sensitivity:
         start = 1e-3 * 2.0 * math.pi * relative
-        if not margins(start).maximum_sensitivity <= maximum_sensitivity:
+        if not loop_margins(*opened(start)).maximum_sensitivity <= maximum_sensitivity:
             raise ValueError(
                 f"bandwidth = {bandwidth:g} Hz is not allowed: with {int(delay)} periods of {period:g} s of delay no "
                 f"position gain keeps a maximum sensitivity of {maximum_sensitivity:g}"
             )
-        largest = largest_setting(lambda any: margins(any).maximum_sensitivity, maximum_sensitivity, start, 1.0)
+        largest = largest_setting(opened, maximum_sensitivity, start, 1.0)
         raise ValueError(
             f"gain = {gain:g} 1/s is not allowed: with a velocity loop of {bandwidth:g} Hz, a period of {period:g} s, "
             f"{int(delay)} periods of delay and a maximum sensitivity of {maximum_sensitivity:g} it must be at most "
@@ -113,8 +113,8 @@ def design_position_loop(
     )
 
 
-def _margins(relative_bandwidth: float, setting: float, delay: int, velocity: VelocityFilter) -> LoopMargins:
-    """Return the margins for inertia 1 and period 1.
+def _opened(relative_bandwidth: float, setting: float, delay: int, velocity: VelocityFilter) -> OpenLoop:
+    """Return the open loop for inertia 1 and period 1.
 
     With the velocity loop ``L_v = (Kp + Ki z/(z - 1)) z^-d/(z - 1)`` closed and the position ``(z + 1)/(2 (z - 1)^2)``
     of the held torque, ``L = Kv (z + 1)/2 B/((z - 1) ((z - 1)^2 z^d + F B))`` with ``B = (Kp + Ki) z - Kp`` and the
@@ -125,4 +125,4 @@ def _margins(relative_bandwidth: float, setting: float, delay: int, velocity: Ve
     above, below = in_z(velocity)
     closed = np.polyadd(np.polymul(below, [1.0, -2.0, 1.0, *([0.0] * delay)]), np.polymul(above, feedback))
     numerator = setting * np.polymul(np.polymul([0.5, 0.5], feedback), below)
-    return loop_margins(numerator, np.polymul(np.array([1.0, -1.0]), closed), 1e-2 * min(setting, 1.0))
+    return numerator, np.polymul(np.array([1.0, -1.0]), closed), 1e-2 * min(setting, 1.0)
