@@ -135,8 +135,9 @@ class Feedback(Table):
     inertia : float
         Assumed inertia, kg m^2.
     bandwidth : float or "auto", optional
-        Open-loop crossover, Hz; checked against the largest one that a maximum sensitivity of 1.7 allows. ``auto``:
-        for each controller the one at which it does best, on seeds of its own (``adaptive-ff tune`` shows how).
+        Open-loop crossover, Hz; checked against the largest one that a maximum sensitivity of 1.7 allows; where the
+        velocity filter takes more, a warning says so. ``auto``: for each controller the one that suits tracking and a
+        step of the load, on seeds of its own (``adaptive-ff tune`` shows how).
     proportional, integral : float, optional
         Gains given directly instead, N m s/rad and N m/rad; not checked.
     delay : float, optional
