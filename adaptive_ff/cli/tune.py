@@ -31,8 +31,7 @@ def tune_command(
     """Find the bandwidth that suits each controller: margins, noise, stiffness and error over that of the PI loop.
 
     Two errors are weighed: the settled one, and the one in the 5 s after a step of the load of 0.4 of the torque limit.
-    Recommended is where the larger of their ratios to the least that pi leaves at any bandwidth is least: below 1, no
-    PI loop is better in either.
+    Recommended is where the larger of their ratios to what pi leaves at its best bandwidth is least.
     """
     from adaptive_ff.comparison.own_bandwidth import FIRST_TUNING_SEED
     from adaptive_ff.files import write_csv

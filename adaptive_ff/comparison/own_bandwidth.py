@@ -2,10 +2,12 @@
 
 On a common PI loop a good compensator is held to the bandwidth that suits the others, and a weak one is helped by a
 loop that is slow. What suits a controller weighs two errors: the settled one, and the one after a step of the load of
-0.4 of the rated torque, which a slow loop stands badly. Each is taken over the least that PI leaves at any bandwidth,
-and the larger of the two ratios is the cost (a Chebyshev distance): below 1, no PI loop is better in either. It is
-searched up to the fastest loop that a maximum sensitivity of 1.7 allows, on seeds from 101 on, whatever the scenario's
-own is. A best bandwidth at either end of the range is marked, because the true optimum may be beyond it.
+0.4 of the rated torque, which a slow loop stands badly. Each is taken over what PI leaves at its own best bandwidth,
+and the larger of the two ratios is the cost: below 1, the controller is better than PI's best in both. PI's own two are
+taken over the least that it leaves at any bandwidth (a Chebyshev distance from the ideal point).
+
+It is searched up to the fastest loop that a maximum sensitivity of 1.7 allows, on seeds from 101 on, whatever the
+scenario's own is. A best bandwidth at either end of the range is marked, because the true optimum may be beyond it.
 """
 
 import math
@@ -52,7 +54,7 @@ class OwnBandwidth(NamedTuple):
         Settled rms error at each, and after the step of the load, medians over the seeds, rad/s; infinite where the
         loop fails.
     costs : tuple of float
-        The larger of the two over PI's least.
+        The larger of the two, over PI's at its best bandwidth; of PI itself over its least.
     """
 
     bandwidths: tuple[float, ...]
@@ -82,7 +84,7 @@ class OwnBandwidth(NamedTuple):
 
 
 def own_bandwidth(
-    bandwidths: Sequence[float], found: NDArray[np.float64], least: Errors, allowed: Sequence[bool]
+    bandwidths: Sequence[float], found: NDArray[np.float64], base: OwnBandwidth | None, allowed: Sequence[bool]
 ) -> OwnBandwidth:
     """Return what suits a controller.
 
@@ -92,8 +94,8 @@ def own_bandwidth(
         Bandwidths that were tried, Hz.
     found : ndarray, shape (bandwidths, seeds, 2)
         Its errors, settled and loaded.
-    least : Errors
-        PI's least errors, see :func:`least_errors`.
+    base : OwnBandwidth or None
+        That of PI; None where it is PI itself.
     allowed : sequence of bool
         Whether a bandwidth may be chosen.
 
@@ -105,17 +107,13 @@ def own_bandwidth(
     medians = np.median(found, axis=1).T
     if not np.isfinite(medians[0][np.array(allowed)]).any():
         raise ArithmeticError("the simulation fails at every bandwidth that was tried")
+    over = np.min(medians, axis=1) if base is None else np.array(base.pairs[base.place])
     with np.errstate(invalid="ignore", divide="ignore"):
-        ratios = [np.nan_to_num(one / base, nan=1.0, posinf=np.inf) for one, base in zip(medians, least, strict=True)]
+        ratios = np.nan_to_num(medians / over[:, None], nan=1.0, posinf=np.inf)
     costs = np.where(allowed, np.maximum(*ratios), np.inf)
     if not np.isfinite(costs).any():  # no loop stands the load: the settled error alone decides
         costs = np.where(allowed, ratios[0], np.inf)
     return OwnBandwidth(*(tuple(map(float, one)) for one in (bandwidths, *medians, costs)))
-
-
-def least_errors(found: NDArray[np.float64]) -> Errors:
-    """Return the least settled and the least loaded error over the bandwidths of PI's runs."""
-    return Errors(*np.min(np.median(found, axis=1), axis=0).tolist())
 
 
 def with_bandwidth(scenario: Scenario, bandwidth: float) -> Scenario:
@@ -213,9 +211,12 @@ def find_own_bandwidth(
         The loop fails at every bandwidth.
     """
     text = scenario.modified(seed=0).model_dump_json(exclude_unset=True)
-    base = _errors(text, plain_pi, tuple(seeds), None)
-    tried = tried_bandwidths(scenario)
-    return own_bandwidth(tried, _errors(text, maker, tuple(seeds), progress), least_errors(base), [True] * len(tried))
+    tried, found = tried_bandwidths(scenario), _errors(text, maker, tuple(seeds), progress)
+    allowed = [True] * len(tried)
+    base = (
+        None if maker is plain_pi else own_bandwidth(tried, _errors(text, plain_pi, tuple(seeds), None), None, allowed)
+    )
+    return own_bandwidth(tried, found, base, allowed)
 
 
 @lru_cache(maxsize=256)

@@ -15,7 +15,6 @@ from adaptive_ff.comparison.own_bandwidth import (
     Errors,
     OwnBandwidth,
     errors_of,
-    least_errors,
     loaded,
     own_bandwidth,
     with_bandwidth,
@@ -202,8 +201,9 @@ def study_bandwidths(
         progress=None if progress is None else lambda done: progress(fraction * done),
     )
     errors = {name: np.reshape([one[name] for one in found.values()], (len(tried), seeds, 2)) for name in names}
-    least = least_errors(errors[BASELINE])
-    own = {name: own_bandwidth(tried, each, least, allowed) for name, each in errors.items()}
+    own: dict[str, OwnBandwidth] = {}
+    for name in names:
+        own[name] = own_bandwidth(tried, errors[name], own.get(BASELINE), allowed)
     reported = run_study(
         partial(_reported, scenario, {name: one.best for name, one in own.items()}),
         {str(seed): seed for seed in reported_seeds},
