@@ -65,8 +65,10 @@ class Wheel(bdist_wheel):
 
     def finalize_options(self) -> None:
         """Take the options."""
+        ahead = _compiles_ahead()
+        self.distribution.has_ext_modules = lambda: ahead  # else libraries would stand beside what any platform takes
         super().finalize_options()
-        self.root_is_pure = not _compiles_ahead()
+        self.root_is_pure = not ahead
 
     def get_tag(self) -> tuple[str, str, str]:
         """Return versions of Python, interface and platform."""

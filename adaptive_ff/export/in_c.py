@@ -1,4 +1,4 @@
-"""The exported code in place of the compiled kernels, in Python: a single step at a fraction of the time."""
+"""The exported code in place of the compiled kernels, to try it in Python: the same torques."""
 
 import copy
 import re
