@@ -83,8 +83,8 @@ class Comparison(Reported):
             )
         limit = self.scenario.actuator.torque_limit or math.inf
         # the mean step of a white torque is 2/sqrt(pi) times its rms
-        share = 0.5 * math.sqrt(math.pi) / self.scenario.samples
-        noise = {name: share * run.metrics.torque_variation for name, run in self.runs.items()}
+        scale = 0.5 * math.sqrt(math.pi) / self.scenario.samples
+        noise = {name: scale * run.metrics.torque_variation for name, run in self.runs.items()}
         trembling = {name: value for name, value in noise.items() if value > TREMBLING * limit}
         if trembling:
             most = max(trembling.values())
@@ -219,13 +219,13 @@ def _runs(
 
 
 def _parts(progress: Callable[[str, float], None] | None, count: int) -> Iterator[Callable[[str, float], None] | None]:
-    """Yield what is called with the share of each of several runs, for one that is called with that of all."""
+    """Yield what is called with the fraction done of each of several runs, for one that is called with that of all."""
     for place in range(count):
         yield None if progress is None else partial(_part, progress, place, count)
 
 
-def _part(progress: Callable[[str, float], None], place: int, count: int, name: str, share: float) -> None:
-    progress(name, (place + share) / count)
+def _part(progress: Callable[[str, float], None], place: int, count: int, name: str, done: float) -> None:
+    progress(name, (place + done) / count)
 
 
 def _reporter(progress: Callable[[str, float], None], name: str) -> Callable[[float], None]:
