@@ -176,7 +176,7 @@ function write() {
   $('unit').textContent = `rms error (${unit})`;
   $('figures').tBodies[0].innerHTML = Object.entries(figures()).map(([name, [pi, own]]) =>
     `<tr><th scope="row">${name}</th><td>${short(1e3 * pi)}</td><td>${short(1e3 * own)}</td>` +
-    `<td>${(own / pi).toFixed(2)}</td></tr>`).join('');
+    `<td>${(pi / own).toFixed(2)}</td></tr>`).join('');
 }
 
 /* Pictures. A line gives its value at a place; many places in one column of pixels are drawn as their extremes. */
