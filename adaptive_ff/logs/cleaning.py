@@ -200,7 +200,7 @@ def without_repeated_rows(log: Log) -> tuple[Log, list[str]]:
         return log, said
     usual = every if every > 1.0 else float(np.median(np.diff(places)))
     apart = np.diff(np.append(places, log.time.size))
-    counts = np.maximum(np.ceil((apart - 0.5 * usual) / usual).astype(np.int64), 1)
+    counts = np.where(apart > 2.0 * usual, np.ceil(apart / usual - 0.5).astype(np.int64), 1)
     further = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
     rows = np.unique(np.round(np.repeat(places, counts) + usual * further).astype(np.int64))
     if every == 1.0 and rows.size > (1.0 - 0.5 * REPEATED) * log.time.size:
