@@ -42,10 +42,9 @@ class Blocks(NamedTuple):
         gram, clean = (one[:, at[:, np.newaxis], at] for one in (self.gram, self.clean))
         return self._replace(names=names, gram=gram, clean=clean, moment=self.moment[:, at])
 
-    def solve(self, *, bounded: bool = True, noisy: bool = False) -> Array:
-        """Return the estimates of all rows; with the noise in the columns left in where asked."""
-        gram = self.gram if noisy else self.clean
-        return solve(gram.sum(axis=0), self.moment.sum(axis=0), self.names, bounded=bounded)
+    def solve(self, *, bounded: bool = True) -> Array:
+        """Return the estimates of all rows."""
+        return solve(self.clean.sum(axis=0), self.moment.sum(axis=0), self.names, bounded=bounded)
 
     def tolerance(self) -> dict[str, float]:
         """Return the share of each column that the others do not explain."""

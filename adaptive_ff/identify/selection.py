@@ -10,7 +10,15 @@ from scipy import optimize
 from adaptive_ff.identify.columns import DRY, GRAVITY, VISCOUS, Map, Shape, static_friction, unit_torques
 from adaptive_ff.identify.motion import Array
 from adaptive_ff.identify.preparation import Prepared
-from adaptive_ff.identify.regression import Blocks, left_out_errors, quantile, solve, standard_errors, sums
+from adaptive_ff.identify.regression import (
+    NOT_NEGATIVE,
+    Blocks,
+    left_out_errors,
+    quantile,
+    solve,
+    standard_errors,
+    sums,
+)
 
 
 class Rule(NamedTuple):
@@ -41,9 +49,6 @@ SPEEDS = (0.02, 0.04, 0.08, 0.15, 0.3)
 
 NEAR = 0.4
 """Logarithm of the factor within which a shape is looked for around the best tried one."""
-
-NOISE_DOUBT = 0.5
-"""Share of the correction for noise in the columns that counts as its error."""
 
 SLOPE = "slope of "
 """Name of the column by which a shape is refined."""
@@ -140,18 +145,11 @@ def tried(data: Data, model: Model) -> dict[str, tuple[Model, Array]]:
     cache = dict(zip([(name, model.shape) for name in model.names], data.columns(*model).T, strict=True))
     best: dict[str, tuple[Model, Array]] = {}
     for kind, one in refinements(data, model):
-        keys = [
-            (
-                name,
-                one.shape
-                if one.shape != model.shape and (name in DRY | VISCOUS or name.startswith("friction_"))
-                else model.shape,
-            )
-            for name in one.names
-        ]
-        missing = [key for key in keys if key not in cache]
-        for key in missing:
-            cache[key] = data.columns((key[0],), key[1])[:, 0]
+        follows = [name in DRY | VISCOUS or name.startswith("friction_") for name in one.names]
+        keys = [(name, one.shape if bent else model.shape) for name, bent in zip(one.names, follows, strict=True)]
+        for name, shape in keys:
+            if (name, shape) not in cache:
+                cache[name, shape] = data.columns((name,), shape)[:, 0]
         errors = left_out_errors(data.sums(one.names, np.column_stack([cache[key] for key in keys])))
         if kind not in best or np.mean(errors) < np.mean(best[kind][1]):
             best[kind] = one, errors
@@ -159,20 +157,10 @@ def tried(data: Data, model: Model) -> dict[str, tuple[Model, Array]]:
 
 
 def select(data: Data, terms: tuple[str, ...], confidence: float, *, weight: bool | None, refine: bool) -> Selection:
-    """Select a model.
+    """Select a model from the textbook's terms, for intervals of some probability.
 
-    Parameters
-    ----------
-    rows : Rows
-        The rows.
-    terms : tuple of str
-        Terms of the textbook's model.
-    confidence : float
-        Probability of the intervals.
-    weight : bool or None
-        Whether gravity takes torque; None where the rows are to tell.
-    refine : bool
-        Whether refinements may be taken.
+    ``weight`` says whether gravity takes torque (None: the rows are to tell), ``refine`` whether refinements may be
+    taken.
     """
     model, tolerance = _identifiable(data, terms)
     errors = left_out_errors(data.fit(model))
@@ -256,48 +244,33 @@ def _fitted(
     """Return a model with estimates and intervals.
 
     To the spread over blocks come, as variances: what half a sample of the torque's time would change, as far as the
-    rows leave it open; what half of the band changes; half of what the noise in the columns changes; and, on their
-    side alone, the weighted moves to models that validate better, each taken as uniform up to its size. ``without``
-    holds the torque without what refinements explain, which is no noise.
+    rows leave it open; what half of the band changes; and, on their side alone, the weighted moves to models that
+    validate better, each taken as uniform up to its size. ``without`` holds the torque without what refinements
+    explain, which is no noise.
     """
-    columns, slopes = data.columns(*model), _slopes(data, model)
-    late = data.columns(("torque_delay",), model.shape)
-    names = (*model.names, *slopes, *(() if "torque_delay" in model.names else ("torque_delay",)))
-    extra = [
-        columns,
-        *(one[:, np.newaxis] for one in slopes.values()),
-        *([] if "torque_delay" in model.names else [late]),
-    ]
-    blocks = data.sums(names, np.column_stack(extra))
-    own = blocks.of((*model.names, *slopes))
-    values = own.of(model.names).solve()
+    slopes = _slopes(data, model)
+    late = () if "torque_delay" in model.names else ("torque_delay",)
+    columns = np.column_stack([data.columns((*model.names, *late), model.shape), *slopes.values()])
+    names, inner = (*model.names, *late, *slopes), (*model.names, *slopes)
+    blocks = data.sums(names, columns).of((*inner, *late))
+    values = blocks.of(model.names).solve()
     if without is not None:
-        blocks = without.sums(names, np.column_stack(extra))
-        own = blocks.of((*model.names, *slopes))
+        blocks = without.sums(names, columns).of((*inner, *late))
+    own, size = blocks.of(inner), len(model.names)
     spread = standard_errors(own)
-    variance = spread[: values.size] ** 2 + _timing(data, blocks, own)[: values.size]
-    variance += _narrowing(data, model)
-    variance += (
-        NOISE_DOUBT**2
-        * (own.of(model.names).solve(bounded=False, noisy=True) - own.of(model.names).solve(bounded=False)) ** 2
-    )
+    variance = spread[:size] ** 2 + _timing(data, blocks, own)[:size] + _narrowing(data, model)
     wide = quantile(data.prepared.blocks, confidence)
     result = dict(zip(model.names, values.tolist(), strict=True))
     moved = _moves(data, model, result, errors, others)
     below, above = (wide * np.sqrt(variance + [moved[name][side] / 3.0 for name in model.names]) for side in (0, 1))
     lower = dict(zip(model.names, (values - below).tolist(), strict=True))
     upper = dict(zip(model.names, (values + above).tolist(), strict=True))
-    for name in ("inertia", "coulomb", "viscous"):
-        if name in lower:
-            lower[name] = max(0.0, lower[name])
-    for place, name in enumerate(slopes):
-        key, error = name.removeprefix(SLOPE), wide * float(spread[values.size + place])
-        centre = getattr(model.shape, key)
-        result[key], lower[key], upper[key] = (
-            centre,
-            centre * math.exp(-min(error, 20.0)),
-            centre * math.exp(min(error, 20.0)),
-        )
+    lower |= {name: max(0.0, lower[name]) for name in NOT_NEGATIVE if name in lower}
+    for name, error in zip(slopes, wide * spread[size:], strict=True):
+        key = name.removeprefix(SLOPE)
+        factor = math.exp(min(float(error), 20.0))
+        result[key] = getattr(model.shape, key)
+        lower[key], upper[key] = result[key] / factor, result[key] * factor
     return Fitted(model, result, lower, upper, errors)
 
 
