@@ -99,8 +99,10 @@ def verdict(comparison: Comparison) -> Verdict:
 
 def error_parts(scenario: Scenario, error: float) -> dict[str, float]:
     """Return what of a settled error (rad/s rms) is due to the loop, to noise and to friction; empty where unknown."""
-    brief = scenario.modified(duration=min(scenario.length, LONGEST))
+    duration = min(scenario.length, LONGEST)
+    changes = [one.model_dump(exclude_unset=True) for one in scenario.change if one.time < duration]
     try:
+        brief = scenario.modified(duration=duration, change=changes)
         floor, clean = (noise_floor(brief, noisy=noisy).metrics.rms_error_settled for noisy in (True, False))
     except (ArithmeticError, ValueError):
         return {}

@@ -24,6 +24,8 @@ def comparison_lines(found: Verdict) -> list[str]:
         if found.torque_variation is not None:
             first += f" at {found.torque_variation:.2g} times its torque variation"
     kept = "nothing that ran is worth it on this joint, keep pi"
+    if found.over_pi is None:
+        kept = "the least settled error; pi beside it says whether it is worth it"
     lines = [f"{first}." if found.worth else f"{first}: {kept}."]
     lines += [] if found.limit is None else [_limit(found.limit)]
     return [*lines, _parameters(found.given, found.identified)]

@@ -43,6 +43,14 @@ def test_where_nothing_beats_pi_it_is_kept():
     assert comparison_lines(found)[0] == "Verdict: pi: nothing that ran is worth it on this joint, keep pi."
 
 
+def test_without_pi_nothing_is_said_of_worth_and_late_changes_do_not_hide_the_limit():
+    late = {"duration": 70.0, "controllers": ["oracle", "fixed"], "change": [{"time": 65.0, "friction_scale": 0.5}]}
+    found = verdict(compare(SCENARIO.modified(**late)))
+    assert (found.best, found.over_pi, found.worth) == ("fixed", None, False)
+    assert comparison_lines(found)[0].startswith("Verdict: fixed: the least settled error")
+    assert found.limit is not None
+
+
 def test_parts_add_up_to_the_error():
     parts = error_parts(SHORT, 1e-2)
     assert sum(value**2 for value in parts.values()) == pytest.approx(1e-4)
