@@ -180,8 +180,8 @@ def rows_between(values: Array) -> float:
 def without_repeated_rows(log: Log) -> tuple[Log, list[str]]:
     """Leave out rows that repeat the sample before, as where a log is written faster than the machine answers.
 
-    While the joint stands, rows stay as far apart as new ones are otherwise. A torque that is measured in between is
-    averaged, so that its ripple does not fold into the motion.
+    Where the joint stands, rows stay as far apart as new ones are otherwise, so that there is no gap. A torque that is
+    measured in between is averaged, so that its ripple does not fold into the motion.
     """
     every, of_torque = rows_between(log.motion), rows_between(log.torque)
     with np.errstate(invalid="ignore", over="ignore"):
@@ -200,7 +200,7 @@ def without_repeated_rows(log: Log) -> tuple[Log, list[str]]:
         return log, said
     usual = every if every > 1.0 else float(np.median(np.diff(places)))
     apart = np.diff(np.append(places, log.time.size))
-    counts = np.where(apart > 2.0 * usual, np.ceil(apart / usual - 0.5).astype(np.int64), 1)
+    counts = np.where(apart > 4.0 * usual, np.ceil(apart / usual - 0.5).astype(np.int64), 1)
     further = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
     rows = np.unique(np.round(np.repeat(places, counts) + usual * further).astype(np.int64))
     if every == 1.0 and rows.size > (1.0 - 0.5 * REPEATED) * log.time.size:

@@ -98,3 +98,17 @@ def test_held_torque_is_said_and_left():
     assert said[0].startswith("the torque changes in one of 5 rows only")
     assert said[0].endswith("give --torque-delay=-0.004")
     assert without_repeated_rows(log) == (log, [])
+
+
+def test_coarse_log_with_jitter_and_repeated_rows_is_used_whole():
+    """Samples of 25 Hz come with jitter and are written by a faster logger: four of five rows repeat."""
+    log, random = make_log(noise=0.05, duration=60.0, period=0.001), np.random.default_rng(11)
+    taken = np.unique(np.round((np.arange(1, 1499) + random.uniform(-0.45, 0.45, 1498)) * 40.0).astype(int))
+    written = np.unique(np.round((np.arange(5, 7480) + random.uniform(-0.45, 0.45, 7475)) * 8.0).astype(int))
+    rows = taken[np.maximum(np.searchsorted(taken, written, side="right") - 1, 0)]
+    coarse = replace(log, time=log.time[written], position=log.position[rows], torque=log.torque[rows])
+    found = identify_log(coarse)
+    assert found.skipped == []
+    assert found.used == pytest.approx(taken.size, rel=0.02)
+    assert found.parameters["inertia"].value == pytest.approx(JOINT["inertia"], rel=0.03)
+    assert found.parameters["coulomb"].value == pytest.approx(JOINT["coulomb"], rel=0.15)
