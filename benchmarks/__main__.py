@@ -75,10 +75,10 @@ def run(
                     progress=lambda share, task=task: bars.update(task, completed=share),
                 )
                 file = result.write(folder)
-            except InputError as error:
+            except Exception as error:  # whatever it is, the other suites do not end for it
                 if len(names) == 1:
                     raise
-                print(f"benchmarks: {error}", file=sys.stderr)
+                print(f"benchmarks: {name}: {error}", file=sys.stderr)
                 failed = True
             else:
                 what = f"{name} ({place} of {len(names)}): {len(cases)} cases, {len(result.refused)} refused"

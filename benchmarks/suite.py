@@ -2,9 +2,10 @@
 
 import importlib
 import tomllib
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from fnmatch import fnmatchcase
+from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -39,6 +40,14 @@ class Case(NamedTuple):
     key: str
     seed: int
     run: Callable[[list[str]], dict[str, Any]]
+
+
+def seeded(
+    run: Callable[..., dict[str, Any]], rows: Iterable[tuple[str, tuple[Any, ...]]], count: int, first: int
+) -> list[Case]:
+    """Return cases of a function of a row's arguments and a seed, for so many seeds a row, by the name of the row."""
+    seeds = range(first, first + count)
+    return [Case(f"{name}/{seed}", seed, partial(run, *row, seed)) for name, row in rows for seed in seeds]
 
 
 @dataclass(frozen=True)

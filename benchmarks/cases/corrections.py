@@ -7,7 +7,6 @@ correction less the joint's velocity over these 12 s, rad/s; ``over_pi`` is that
 
 import math
 from collections.abc import Callable
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -16,7 +15,7 @@ from numpy.typing import NDArray
 from adaptive_ff import WITH_GRAVITY, Scenario, load_scenario
 from adaptive_ff.studies.study import Found
 from benchmarks.cases.stepped import controller_class
-from benchmarks.suite import Case
+from benchmarks.suite import Case, seeded
 from controllers import PI, Controller
 from plant import Joint
 
@@ -82,8 +81,4 @@ def _adaptive(name: str, scenario: Scenario) -> Any:
 
 def corrections(count: int, first: int = 1) -> list[Case]:
     """Return all corrections."""
-    return [
-        Case(f"{rule}/{seed}", seed, partial(run_rule, rule, seed))
-        for rule in rules(1.0, 0)
-        for seed in range(first, first + count)
-    ]
+    return seeded(run_rule, ((rule, (rule,)) for rule in rules(1.0, 0)), count, first)

@@ -15,13 +15,11 @@ from benchmarks.suite import Case
 PERIOD = 10.0
 """Length of the motion, s."""
 
-JOINTS = ("noisy_1khz", "paper_100hz", "servo")
-
 
 def run_joint(name: str, seeds: list[int], controllers: list[str]) -> Found:
     """Find a motion; figures by length of the log, in the place of controllers: parameters' intervals over those."""
     scenario = load_scenario(name)
-    motion = exciting_motion(scenario, default_limits(scenario), period=PERIOD)
+    motion = exciting_motion(scenario, default_limits(scenario), period=PERIOD, workers=None)
     base, found = interval_widths(yardstick(scenario), seeds), {}
     for length in controllers:
         longer = with_motion(scenario, motion.reference.model_dump(), float(length.removesuffix(" s")))
@@ -30,7 +28,7 @@ def run_joint(name: str, seeds: list[int], controllers: list[str]) -> Found:
     return {"": {"row": name}, **found}
 
 
-def joints(count: int, first: int = 1) -> list[Case]:
-    """Return the joints, with so many seeds each."""
+def joints(names: list[str], count: int, first: int = 1) -> list[Case]:
+    """Return joints by name, with so many seeds each."""
     seeds = list(range(first, first + count))
-    return [Case(name, first, partial(run_joint, name, seeds)) for name in JOINTS]
+    return [Case(name, first, partial(run_joint, name, seeds)) for name in names]

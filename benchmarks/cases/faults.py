@@ -1,7 +1,6 @@
 """The built-in joint when its measured velocity is lost for a while, and when somebody pushes it."""
 
 import math
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -10,7 +9,7 @@ from numpy.typing import NDArray
 from adaptive_ff import Run, load_scenario, simulate
 from adaptive_ff.simulation.experiment import build_setup
 from adaptive_ff.studies.study import Found
-from benchmarks.suite import Case
+from benchmarks.suite import Case, seeded
 
 LOSSES = (0.0, 0.2, 1.0, 5.0)
 """Lengths of the losses, s; without one for comparison."""
@@ -46,11 +45,7 @@ def run_loss(loss: float, seed: int, controllers: list[str]) -> Found:
 
 def losses(count: int, first: int = 1) -> list[Case]:
     """Return losses of several lengths."""
-    return [
-        Case(f"{loss:g} s/{seed}", seed, partial(run_loss, loss, seed))
-        for loss in LOSSES
-        for seed in range(first, first + count)
-    ]
+    return seeded(run_loss, ((f"{loss:g} s", (loss,)) for loss in LOSSES), count, first)
 
 
 PUSHED, LENGTH, LOAD, DURATION = 30.0, 3.0, 80.0, 60.0
@@ -97,4 +92,4 @@ def _between(run: Run, first: float, last: float) -> NDArray[np.bool_]:
 
 def pushes(count: int, first: int = 1) -> list[Case]:
     """Return pushes of the built-in joint."""
-    return [Case(f"push/{seed}", seed, partial(run_push, seed)) for seed in range(first, first + count)]
+    return seeded(run_push, [("push", ())], count, first)

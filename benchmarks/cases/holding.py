@@ -8,7 +8,6 @@ that, one encoder count in a sampling period and 0.1 N m.
 """
 
 from collections.abc import Iterable
-from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -17,7 +16,7 @@ from numpy.typing import NDArray
 from adaptive_ff import Run, Scenario, load_scenario, simulate
 from adaptive_ff.simulation.tracking_errors import TrackingErrors, figures_of, first_motion_time, tracking_errors
 from adaptive_ff.studies.study import Found
-from benchmarks.suite import Case
+from benchmarks.suite import Case, seeded
 
 Array = NDArray[np.float64]
 
@@ -148,8 +147,4 @@ def rest_figures(
 
 def cascades(count: int, first: int = 1) -> list[Case]:
     """Return all joints at all rates."""
-    return [
-        Case(f"{case.name}/{seed}", seed, partial(run_case, case, seed))
-        for case in held_joints()
-        for seed in range(first, first + count)
-    ]
+    return seeded(run_case, ((case.name, (case,)) for case in held_joints()), count, first)

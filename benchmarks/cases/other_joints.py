@@ -21,7 +21,7 @@ from adaptive_ff.friction.model import WITH_OFFSET
 from adaptive_ff.simulation.tracking_errors import figures_of, tracking_errors
 from adaptive_ff.studies.study import Found
 from benchmarks.cases.stepped import controller_class
-from benchmarks.suite import Case
+from benchmarks.suite import Case, seeded
 from controllers import PI, DisturbanceObserver, PositionLoop, compiled
 
 DURATION = 40.0  # s
@@ -326,7 +326,7 @@ def row_of(loop: DrawnLoop, plan: Array) -> str:
 
 def joints(count: int, first: int = 1) -> list[Case]:
     """Return joints, sensors and loops of another simulator."""
-    return [Case(f"joint/{seed}", seed, partial(run_joint, seed)) for seed in range(first, first + count)]
+    return seeded(run_joint, [("joint", ())], count, first)
 
 
 COUNTS = (0.1, 0.3, 1.0, 3.0, 10.0)

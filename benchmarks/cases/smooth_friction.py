@@ -8,7 +8,6 @@ given that a velocity made of positions is half a period late; ``adaptive`` is g
 """
 
 import math
-from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -21,6 +20,7 @@ from benchmarks.cases.robot_machines import Axis
 from benchmarks.cases.robot_plans import Plan, moves, multisines
 from benchmarks.cases.stepped import controller_class
 from benchmarks.suite import Case as SuiteCase
+from benchmarks.suite import seeded
 from controllers import PI, PositionLoop
 
 WIDTHS = (0.002, 0.01, 0.05, 0.2)
@@ -146,8 +146,4 @@ def run_case(case: Case, seed: int, controllers: list[str]) -> Found:
 
 def joints(count: int, first: int = 1) -> list[SuiteCase]:
     """Return joints whose friction is a smoothed sign, driven in several ways."""
-    return [
-        SuiteCase(f"{case.name}/{seed}", seed, partial(run_case, case, seed))
-        for case in cases()
-        for seed in range(first, first + count)
-    ]
+    return seeded(run_case, ((case.name, (case,)) for case in cases()), count, first)

@@ -4,13 +4,12 @@ A controller is written with the numbers that its maker takes after the scenario
 """
 
 import importlib
-from functools import partial
 from typing import Any
 
 from adaptive_ff import load_scenario, simulate
 from adaptive_ff.studies.study import Found
 from adaptive_ff.studies.tracking import run_errors
-from benchmarks.suite import Case
+from benchmarks.suite import Case, seeded
 
 MODULES = ("adaptive_ff.comparison.registry", "adaptive_ff.comparison.literature")
 """Where the makers are, as ``make_NAME``."""
@@ -70,9 +69,5 @@ def run_joint(joint: str, rate: str, seed: int, controllers: list[str]) -> Found
 
 def joints(count: int, first: int = 101) -> list[Case]:
     """Return all joints at all rates."""
-    return [
-        Case(f"{joint}, {rate}/{seed}", seed, partial(run_joint, joint, rate, seed))
-        for joint in JOINTS
-        for rate in RATES
-        for seed in range(first, first + count)
-    ]
+    rows = ((f"{joint}, {rate}", (joint, rate)) for joint in JOINTS for rate in RATES)
+    return seeded(run_joint, rows, count, first)
