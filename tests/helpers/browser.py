@@ -4,9 +4,20 @@ import json
 import os
 import shutil
 import subprocess
+import sys
 
 NAMES = ("chromium", "chromium-browser", "google-chrome")
 CHROMIUM = next((found for name in NAMES if (found := shutil.which(name))), None)
+
+
+LAUNCH = """
+import fcntl, os, sys
+ends = [fcntl.fcntl(int(end), fcntl.F_DUPFD, 10) for end in sys.argv[1:3]]
+for place, end in enumerate(ends, 3):
+    os.dup2(end, place)
+os.execv(sys.argv[3], sys.argv[3:])
+"""
+"""Puts the ends of two pipes where Chromium looks for them, whatever their numbers are."""
 
 
 class Browser:
@@ -17,7 +28,7 @@ class Browser:
         self._read, back = os.pipe()
         options = ["--headless", "--no-sandbox", "--disable-gpu", "--remote-debugging-pipe", "--no-first-run"]
         options += [f"--user-data-dir={folder}", f"--window-size={width},{height}", "about:blank"]
-        command = ["sh", "-c", f'exec "$0" "$@" 3<&{there} 4>&{back}', CHROMIUM, *options]
+        command = [sys.executable, "-c", LAUNCH, str(there), str(back), CHROMIUM, *options]
         quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
         self._process = subprocess.Popen(command, pass_fds=(there, back), **quiet)
         os.close(there)
