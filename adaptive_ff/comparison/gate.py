@@ -94,7 +94,7 @@ class Tolerances:
                     f"tolerance {key!r} is not known; there are the metrics {', '.join(GATED)}, the controllers "
                     f"{', '.join(names)} and CONTROLLER.METRIC"
                 )
-        self._shares = {
+        self._fractions = {
             key: read_fraction("tolerance" if key == "default" else f"tolerance of {key}", value)
             for key, value in given.items()
         }
@@ -102,8 +102,8 @@ class Tolerances:
     def of(self, controller: str, metric: str) -> float:
         """Return how much worse a figure of a controller may be, relative."""
         for key in (f"{controller}.{metric}", metric, controller, "default"):
-            if key in self._shares:
-                return self._shares[key]
+            if key in self._fractions:
+                return self._fractions[key]
         values = self._scatter.get(controller, {}).get(metric, [])
         if len(values) < 2 or not any(values):
             return TOLERANCE
