@@ -26,7 +26,7 @@ from adaptive_ff.identify.score import score_log
 from adaptive_ff.logs.log import Log
 from adaptive_ff.replay.replay import replay_log
 from adaptive_ff.studies.study import Found
-from benchmarks.recorded_machines import DATA, JOBS
+from benchmarks.recorded_machines import DATA, JOBS, Job
 from benchmarks.suite import Case
 
 COMPARED = ("pi", "oracle", "adaptive")
@@ -47,16 +47,21 @@ def closed_loop(found: LogIdentification, log: Log) -> dict[str, float]:
     return {name: errors[name] / errors["adaptive"] for name in COMPARED[:-1]}
 
 
+def job_of(name: str) -> Job:
+    """Return the job of a joint by its name, which a process of its own is sent."""
+    return next(job for job in JOBS if job.name == name)
+
+
 def run_job(name: str, controllers: list[str]) -> Found:
-    """Identify a joint by name, replay its logs and simulate it; ``controllers`` are the columns of the result."""
-    (job,) = [job for job in JOBS if job.name == name]
+    """Identify a joint, replay its logs and simulate it; ``controllers`` are the columns of the result."""
+    job = job_of(name)
     if missing := job.data.missing(DATA):
         raise ValueError(f"{', '.join(missing)} not there; source: {job.data.origin}")
     logs = [job.read(DATA, record) for record in job.records]
     other = logs[1] if len(logs) > 1 else None
     validation = {"held_out": 0.0, "validation": other} if other is not None else {"held_out": job.held_out}
     found = identify_log(logs[0], linear=job.linear, **validation)
-    columns: Found = {column: {} for column in controllers}
+    columns: Found = {name: {} for name in controllers}
     columns["identify"] = {"unexplained": found.best.left}
     if found.validation is not None:
         columns["identify"]["validation"] = found.validation
@@ -67,14 +72,29 @@ def run_job(name: str, controllers: list[str]) -> Found:
     for log in logs:
         replay = replay_log(log, linear=job.linear, **state, **job.settings)
         state = {"state": replay.state_to_json()}
-        for feedforward in set(controllers) & set(replay.left):
-            for figure, value in replay.left[feedforward]._asdict().items():
-                columns[feedforward].setdefault("left" if figure == "whole" else figure, []).append(value)
+        for name in set(controllers) & set(replay.left):
+            for figure, value in replay.left[name]._asdict().items():
+                columns[name].setdefault("left" if figure == "whole" else figure, []).append(value)
     if job.simulated:
         columns["closed loop"] = closed_loop(found, logs[0])
-    return {"": {"row": job.name}, **{column: columns[column] for column in controllers}}
+    return {"": {"row": job.name}, **{name: columns[name] for name in controllers}}
 
 
 def joints(count: int = 1, first: int = 1) -> list[Case]:
     """Return the joints that suit a lumped model."""
     return [Case(job.name, first, partial(run_job, job.name)) for job in JOBS]
+
+
+def identified(joint: str, controllers: list[str]) -> Found:
+    """Identify a joint: its parameters, and the largest torque of its log (its 99.9th percentile), N m or N."""
+    (name,), job = controllers, job_of(joint)
+    log = job.read(DATA, job.records[0])
+    found = identify_log(log, linear=job.linear)
+    largest = float(np.nanquantile(np.abs(log.torque), 0.999))
+    values = {one: parameter.value for one, parameter in found.parameters.items()} | {"largest": largest}
+    return {"": {"row": job.name}, name: values | {"over_largest": found.value("coulomb") / largest}}
+
+
+def frictions(count: int = 1, first: int = 1) -> list[Case]:
+    """Return the joints for the orders of magnitude of their friction."""
+    return [Case(job.name, first, partial(identified, job.name)) for job in JOBS]
