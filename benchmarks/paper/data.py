@@ -1,4 +1,4 @@
-"""Data of Figs 3 to 5, and what identifies and predicts them.
+"""Data of Figs 3 to 5, and joints simulated along a record.
 
 The paper says no more than "low-pass filtered band-limited white noise", a fixed-step solver at 1 kHz and 10 ms. Chosen
 here: white noise of 100 Hz through a second-order Butterworth low-pass with its corner at 2 Hz, rms 1.5 times the
