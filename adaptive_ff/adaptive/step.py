@@ -235,11 +235,8 @@ def pass_torque(
     old, change = observer.gain, fed.change
     torque -= change
     shifted = observer.shifted + change
-    if rests:
-        standing = fed.sliding - state.fed_friction
-        change += standing
-        shifted += standing
-    passed = (1.0 - old) * change + (gain - old) * torque
+    standing = fed.sliding - state.fed_friction if rests else 0.0
+    passed = standing + (1.0 - old) * change + (gain - old) * torque
     handed = observer.handed + share * ((gain - old) * torque - old * change)
     handed += (share - state.share) * gain * torque
     passed = share * passed + (share - state.share) * (fed.torque + gain * torque - passed)
