@@ -8,9 +8,10 @@ ROOT = HERE.parent
 sys.path.insert(0, str(ROOT))
 
 from adaptive_ff import __version__  # noqa: E402
+from adaptive_ff.playground.page import write_page  # noqa: E402
 from docs.reference import GENERATED, write_examples, write_reference  # noqa: E402
 
-EXAMPLES = HERE / GENERATED / "examples"
+EXAMPLES, PLAYGROUND = HERE / GENERATED / "examples", HERE / GENERATED / "playground"
 
 project, author, version = "adaptive-ff", "The adaptive-ff developers", __version__
 copyright = f"2026, {author}. BSD-3-Clause"
@@ -26,6 +27,7 @@ exclude_patterns = [
     "**/sg_execution_times.rst",
     "sg_execution_times.rst",
     f"{GENERATED}/examples",
+    f"{GENERATED}/playground",
     *(f"{GENERATED}/gallery/*.{ending}" for ending in ("ipynb", "py", "json", "zip")),
     *(f"{GENERATED}/{name}.md" for name in ("command_line", "scenario", "log_formats", "warnings")),  # are included
 ]
@@ -41,6 +43,7 @@ html_theme_options = {
 html_title = "adaptive-ff"
 html_static_path = ["static"]
 html_css_files = ["site.css"]
+html_extra_path = [str(PLAYGROUND)]
 html_show_sourcelink = False
 myst_enable_extensions = ["dollarmath", "deflist"]
 myst_heading_anchors = 3
@@ -65,3 +68,5 @@ sphinx_gallery_conf = {
 }
 write_reference(HERE / GENERATED)
 write_examples(ROOT / "examples", EXAMPLES)
+PLAYGROUND.mkdir(parents=True, exist_ok=True)
+write_page(PLAYGROUND / "playground.html")
