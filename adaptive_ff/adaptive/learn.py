@@ -38,7 +38,7 @@ def next_noise(noise: Noise, tuning: Tuning, mean: float, duration: float) -> No
         value = second * second / 6.0
         if variance < 0.0:
             variance = value
-        if value <= tuning.outlier * variance:
+        if value <= tuning.clip * tuning.clip * variance:
             variance += min(1.0, duration / tuning.noise_memory) * (value - variance)
         else:
             variance = min(variance * (1.0 + min(1.0, duration)) + duration * duration * value, value)
@@ -87,7 +87,7 @@ def learn_in_place(
     torque, apart = state.unit * rate, block.apart / block.samples
     proportional, integral = (pi.proportional, pi.integral * duration) if known else (0.0, 0.0)
     weight = mix_in_place(state.quiet, state.loud, state.weight, min(0.5, tuning.switching * duration))
-    unknown = torque * torque * (tuning.slip * apart * apart if known else 1.0)
+    unknown = torque * torque * (apart * apart if known else 1.0)
     white = 0.01 / duration * torque * torque
     flow_in_place(state.quiet, rate, proportional, integral, tuning.quiet * white + unknown)
     flow_in_place(state.loud, rate, proportional, integral, tuning.loud * white + unknown)

@@ -39,7 +39,7 @@ def gate(parameters: AdaptiveParameters, observer: Observer) -> float:
     if observer.without <= 0.0:
         return observer.gain
     ratio = observer.with_it / observer.without
-    return min(1.0, max(0.0, (tuning.gate_off - ratio) / (tuning.gate_off - tuning.gate_on)))
+    return min(1.0, max(0.0, (1.0 - ratio) / (1.0 - tuning.gate_on)))
 
 
 def observed(

@@ -122,7 +122,7 @@ def default_prior(
     places = np.arange(COULOMB, PATHS + paths)
     shares = np.full(1 + paths, (1.0 - tuning.slip_share) / max(paths, 1))
     shares[0] = tuning.slip_share if paths else 1.0
-    covariance[np.ix_(places, places)] = friction_block(shares, tuning.total, tuning.spread, tuning.excess)
+    covariance[np.ix_(places, places)] = friction_block(shares, 1.0, tuning.spread, tuning.excess)
     return Prior(mean, packed(covariance), scaled, lowest, highest)
 
 

@@ -18,15 +18,11 @@ class Tuning(NamedTuple):
     switching : float
         Rate at which the member in force changes, 1/s.
     clip : float
-        Standard deviations from which on an innovation counts less (Huber).
-    slip : float
-        Torque of friction that is unknown while the joint is apart from its reference, in units of friction, squared.
+        Standard deviations from which on an innovation counts less (Huber), and a difference raises the noise slowly.
     span : float
         Length of a block of samples that is learnt from at once, in time constants ``J/Kp`` of the loop.
     noise_memory : float
         Memory of the level of the measurement noise, s.
-    outlier : float
-        Square of a difference over that level from which on it raises the level slowly.
     least_noise : float
         Least noise, in changes of velocity that the unit of friction makes in a block.
     standing : float
@@ -34,9 +30,9 @@ class Tuning(NamedTuple):
     inertia_deviation, viscous_deviation, lag_deviation, velocity_deviation : float
         Prior standard deviations: of the inertia over the assumed one, of the viscous coefficient over ``Kp``, and of
         the logarithms of friction lag and Stribeck velocity.
-    total, spread, excess, slip_share : float
-        Prior of the friction, in units of friction: standard deviations of the total, of its parts at a given total,
-        of stiction beyond Coulomb friction; and the part that needs no path.
+    spread, excess, slip_share : float
+        Prior of the friction, whose total has a standard deviation of one unit of friction: standard deviations of its
+        parts at a given total, and of stiction beyond Coulomb friction; and the part that needs no path.
     asymmetry : float
         Prior standard deviation of what differs by direction, over that of the mean.
     load : float
@@ -63,8 +59,8 @@ class Tuning(NamedTuple):
         Speed above which a joint moves though its reference rests, in standard deviations of the noise.
     gate_memory : float
         Memory of the observer's gate, s.
-    gate_on, gate_off : float
-        Squared error with the observer over that without it: below the first it is on in full, above the second off.
+    gate_on : float
+        Squared error with the observer over that without it, below which it is on in full; above one it is off.
     fastest : float
         Pole of the observer at most, rad/s.
     observed_share : float
@@ -80,17 +76,14 @@ class Tuning(NamedTuple):
     short_memory: float = 100.0
     switching: float = 0.1
     clip: float = 3.0
-    slip: float = 1.0
     span: float = 0.25
     noise_memory: float = 0.5
-    outlier: float = 9.0
     least_noise: float = 1e-4
     standing: float = 3.0
     inertia_deviation: float = 0.3
     viscous_deviation: float = 0.2
     lag_deviation: float = 0.5
     velocity_deviation: float = 0.3
-    total: float = 1.0
     spread: float = 0.5
     excess: float = 0.5
     slip_share: float = 0.5
@@ -113,7 +106,6 @@ class Tuning(NamedTuple):
     moving: float = 20.0
     gate_memory: float = 0.5
     gate_on: float = 0.5
-    gate_off: float = 1.0
     fastest: float = 65.0
     observed_share: float = 0.8
     fade: float = 1.0

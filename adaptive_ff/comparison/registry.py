@@ -111,7 +111,7 @@ def make_adaptive(scenario: Scenario, **options: Any) -> AdaptiveController:
 
 
 def _without_observer(scenario: Scenario) -> AdaptiveController:
-    return make_adaptive(scenario, tuning=Tuning(gate_on=-1.0, gate_off=0.0))
+    return make_adaptive(scenario, tuning=Tuning(gate_on=-1e300))
 
 
 def _canudas(kind: Any, dead_zone: float) -> Maker:
