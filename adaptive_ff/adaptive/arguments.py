@@ -85,6 +85,14 @@ def checked_memory(memory: float | None, tuning: Tuning) -> float:
     return float(memory)
 
 
+def checked_share(friction_share: float) -> float:
+    """Return how much of the friction is fed, from 0 to 1."""
+    check_finite(friction_share=friction_share)
+    if not 0.0 <= friction_share <= 1.0:
+        raise ValueError(f"friction_share = {friction_share} is not allowed: it must be from 0 to 1")
+    return float(friction_share)
+
+
 def observer_pole(bandwidth: float | None, tuning: Tuning) -> float:
     """Return the fastest pole of the observer, rad/s, for a bandwidth in Hz."""
     if bandwidth is None:

@@ -10,6 +10,7 @@ from adaptive_ff.adaptive.arguments import (
     check_gear_and_limit,
     check_machine,
     checked_memory,
+    checked_share,
     checked_tuning,
     further_names,
     observer_pole,
@@ -92,6 +93,9 @@ class AdaptiveController(IdentifyingController):
     feedforward_includes_inertia : bool, optional
         Whether the ``feedforward`` given to ``step`` is inverse dynamics that includes the inertia along the plan: the
         ``inertia`` given with it, or that of the controller where none is, times the slope of the plan.
+    friction_share : float, optional
+        What of the identified friction is fed, from 0 to 1; robots that are moved by hand, or at low gains, ship 0.8 to
+        0.9. Neither the observer nor the estimates make up for the rest.
     observer_bandwidth : float, optional
         Bandwidth of the observer, Hz, at most the crossover ``Kp/J`` of the feedback.
     position_periods : sequence of float, optional
@@ -150,6 +154,7 @@ class AdaptiveController(IdentifyingController):
         deviation: float | Mapping[str, float] = DEVIATION,
         torque_limit: float = math.inf,
         feedforward_includes_inertia: bool = False,
+        friction_share: float = 1.0,
         observer_bandwidth: float | None = None,
         position_periods: Sequence[float] = (),
         position_hats: int = 0,
@@ -192,6 +197,7 @@ class AdaptiveController(IdentifyingController):
             first_unit=tuning.first_unit * float(proportional * stribeck_velocity),
             observer_pole=min(observer_pole(observer_bandwidth, tuning), slowed(1.0 / response, delay * period)),
             span=max(1, int(tuning.span * response / period)),
+            friction_share=checked_share(friction_share),
         )
         prior = default_prior(hypothesis, tuning, float(proportional), float(inertia), float(stribeck_velocity))
         unit = float(proportional * stribeck_velocity)

@@ -17,6 +17,7 @@ from adaptive_ff.friction.columns import (
     Curve,
     FrictionState,
     hold,
+    is_friction,
     write_columns,
 )
 from adaptive_ff.learning.kalman import LOOP
@@ -32,7 +33,9 @@ class Fed(NamedTuple):
     friction : FrictionState
         Memory of the columns.
     torque, change : float
-        Torque of the estimates, and what of it a change of estimates or of standstill has brought, N m.
+        Torque of the estimates, and what of it a change of estimates has brought, N m.
+    kept : float
+        Friction that is not fed, N m.
     known : float
         Torque known from elsewhere, N m.
     sliding : float
@@ -46,6 +49,7 @@ class Fed(NamedTuple):
     friction: FrictionState
     torque: float
     change: float
+    kept: float
     known: float
     sliding: float
     steady: float
@@ -118,18 +122,20 @@ def feed_in_place(
     )
     if math.isfinite(inputs.inertia):
         psi[INERTIA] *= inputs.inertia / machine.inertia
-    known, torque, change, sliding = inputs.feedforward, 0.0, 0.0, 0.0
+    known, torque, change, kept, sliding = inputs.feedforward, 0.0, 0.0, 0.0, 0.0
     if machine.includes_inertia:
         known -= machine.inertia * psi[INERTIA]
     for i in range(psi.size - 2):
-        torque += psi[i] * mean[LOOP + i]
-        change += psi[i] * (mean[LOOP + i] - state.given[i])
+        fed = machine.friction_share if is_friction(parameters.hypothesis, i) else 1.0
+        torque += fed * psi[i] * mean[LOOP + i]
+        change += fed * psi[i] * (mean[LOOP + i] - state.given[i])
+        kept += (1.0 - fed) * psi[i] * mean[LOOP + i]
         state.given[i] = mean[LOOP + i]
         if COULOMB <= i < PATHS + state.friction.bent.size:
-            sliding += psi[i] * mean[LOOP + i]
+            sliding += fed * psi[i] * mean[LOOP + i]
     for i in range(psi.size):
         put_in(state.response, i, psi[i])
-    return Fed(friction, torque, change, known, sliding, steady, held, largest)
+    return Fed(friction, torque, change, kept, known, sliding, steady, held, largest)
 
 
 def next_share(

@@ -38,6 +38,8 @@ class Machine(NamedTuple):
         Pole of the observer, rad/s.
     span : int
         Samples that are learnt from at once.
+    friction_share : float
+        What of the friction is fed, from 0 to 1.
     """
 
     inertia: float
@@ -48,6 +50,7 @@ class Machine(NamedTuple):
     first_unit: float
     observer_pole: float
     span: int
+    friction_share: float
 
 
 class AdaptiveParameters(NamedTuple):

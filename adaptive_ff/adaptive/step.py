@@ -219,7 +219,7 @@ def step_adaptive(parameters: AdaptiveParameters, state: AdaptiveState, inputs: 
         held=fed.held,
         fed_friction=fed.sliding,
         rested=rests,
-        modelled=remember(state.modelled, fed.known + share * fed.torque),
+        modelled=remember(state.modelled, fed.known + share * (fed.torque + fed.kept)),
         share=share,
     )
 

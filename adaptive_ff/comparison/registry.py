@@ -106,6 +106,7 @@ def make_adaptive(scenario: Scenario, **options: Any) -> AdaptiveController:
         "position_hats": assumed.position_hats,
         "position_range": assumed.position_range,
         "load_friction": assumed.load_friction,
+        "friction_share": assumed.friction_share,
     }
     return made_for(scenario, AdaptiveController, **{**settings, **options})
 

@@ -111,6 +111,14 @@ def column_count(hypothesis: Hypothesis) -> int:
     return PATHS + hypothesis.distances.size + 2 * int(hypothesis.directions) + 2 * waves + further + 2
 
 
+def is_friction(hypothesis: Hypothesis, place: int) -> bool:
+    """Return whether a column is friction: neither inertia nor torque over position nor a further regressor."""
+    first = PATHS + hypothesis.distances.size + 2 * int(hypothesis.directions)
+    after = first + 2 * hypothesis.waves.size
+    further = after + 2 * hypothesis.map_waves.size + hypothesis.hats + int(hypothesis.over_load)
+    return INERTIA < place < first or after <= place < further
+
+
 class Curve(NamedTuple):
     """What the columns depend on nonlinearly.
 

@@ -231,6 +231,8 @@ class Adaptation(Table):
         Positions of the first and of the last hat, rad; a turn about zero by default.
     load_friction : bool, optional
         Whether friction may rise with the torque that the joint is known to transmit: identified gravity here.
+    friction_share : float, optional
+        What of the identified friction ``adaptive`` feeds, from 0 to 1.
     """
 
     model_config = STRICT
@@ -244,6 +246,7 @@ class Adaptation(Table):
     position_hats: Annotated[int, Field(ge=0, le=MOST_HATS)] = 0
     position_range: Annotated[list[Finite], Field(min_length=2, max_length=2)] | None = None
     load_friction: bool = False
+    friction_share: Annotated[float, Field(ge=0.0, le=1.0, allow_inf_nan=False)] = 1.0
 
     @model_validator(mode="after")
     def _check_map(self) -> Self:

@@ -110,3 +110,17 @@ def test_every_constant_can_be_set_and_acts():
     first, second = (drive(one, setup)[0].torque for one in controllers)
     assert not np.array_equal(first, second)
     assert controllers[1].observer_gain < 1e-12
+
+
+@pytest.mark.parametrize("share", [0.5, 0.85])
+def test_a_share_of_the_friction_is_fed_and_neither_observer_nor_estimates_make_up_for_the_rest(share):
+    setup = build_setup(SCENARIO.modified(duration=40.0))
+    gains = *pi_gains(20.0, 10.0), 0.01
+    whole, part = (
+        AdaptiveController(*gains, inertia=20.0, stribeck_velocity=0.05, friction_share=one) for one in (1.0, share)
+    )
+    (first, _), (second, _) = drive(whole, setup), drive(part, setup)
+    assert part.estimates["coulomb"] == pytest.approx(whole.estimates["coulomb"], rel=0.15)
+    settled = slice(first.torque.size // 2, None)
+    fed = np.dot(first.feedforward[settled], second.feedforward[settled]) / np.sum(first.feedforward[settled] ** 2)
+    assert fed == pytest.approx(share, abs=0.08)
