@@ -73,12 +73,15 @@ class TrackingBaseline:
                 f"there is no baseline {path}; run pytest once with {OPTION}, look at it and store it", pytrace=False
             )
         else:
+            failure = ""
             try:
                 assert_no_regression(
                     comparison, path, tolerance, controllers=controllers, metrics=metrics, across=across
                 )
             except (AssertionError, InputError) as error:
-                pytest.fail(str(error), pytrace=False)
+                failure = str(error).replace("(--across gains)", '(across="gains")')
+            if failure:  # outside, so that it is printed once
+                pytest.fail(failure, pytrace=False)
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
