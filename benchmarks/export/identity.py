@@ -17,7 +17,7 @@ from benchmarks.export.rows import Row, skipped
 from benchmarks.export.variants import SEED, variants
 
 LEVELS = ("-O0", "-O1", "-O2", "-O3")
-SCENARIOS = Path(adaptive_ff.__file__).parent / "comparison" / "matrix" / "scenarios"
+SCENARIOS = Path(adaptive_ff.__file__).parent / "scenario" / "scenarios"
 TARGET = "0 of all"
 
 
