@@ -21,7 +21,7 @@ TERMS = {
 }
 """Private words, and terms of the field for them."""
 
-KEYS = {"link_share", "position_hats", "share_of_oracle"}
+KEYS = {"friction_share", "link_share", "position_hats", "share_of_oracle"}
 """Fields of scenarios and results, which stay."""
 
 PHRASES = re.compile(

@@ -26,18 +26,18 @@ def kind(controller):
 
 
 def kinds(makers):
-    """Names of one controller of each kind, the first in the line-up."""
+    """Names of one controller of each kind: of the sample if it has one, else the first in the line-up."""
     first = {}
-    for name, maker in makers.items():
+    for name, maker in sorted(makers.items(), key=lambda item: item[0] not in SAMPLE):
         first.setdefault(kind(maker(SCENARIO)), name)
     return sorted(first.values())
 
 
-NAMES = kinds(CONTROLLERS)
-"""Controllers that the checklist runs over: feedforwards that differ in numbers only are checked once."""
-
 SAMPLE = ("pi", "oracle", "adaptive", "adaptive_paper", "canudas", "disturbance_observer", "repetitive")
 """One of each way to work: feedback, model, both identifiers, bristle observer, disturbance observer, memory."""
+
+NAMES = kinds(CONTROLLERS)
+"""Controllers that the checklist runs over: feedforwards that differ in numbers only are checked once."""
 
 LINE_UP = sampled(NAMES, SAMPLE)
 """Controllers as parameters of a test: the sample in every run, the others nightly."""

@@ -30,8 +30,8 @@ UNITS = {
     (-1, 1, -1): "thermal_resistance",
     (-1, 0, 0): "load_share",
     NONE: """
-        stribeck_shape gravity_phase gear_ratio link_share shares exponent jitter leap_share held held_share
-        actuator.gain amplitudes repeats friction_scale coulomb_scale viscous_scale inertia_scale lag_scale
+        stribeck_shape gravity_phase gear_ratio link_share friction_share shares exponent jitter leap_share held
+        held_share actuator.gain amplitudes repeats friction_scale coulomb_scale viscous_scale inertia_scale lag_scale
         warm_up_excess position_amplitude thinning seed position_hats turned slip_1 slip_2 slip_3 slip_4""",
 }
 POWERS = {name: powers for powers, names in UNITS.items() for name in names.split()}
