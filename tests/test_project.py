@@ -38,9 +38,6 @@ def test_import_contracts():
 
 
 DESK = ("plant", "pydantic", "rich", "matplotlib", "control", "filterpy", "typer")
-
-
-DESK = ("plant", "pydantic", "rich", "matplotlib", "control", "filterpy", "typer")
 NEEDED = {"lazy_loader", "numpy", "scipy"}
 """Packages from elsewhere that a controller may load."""
 

@@ -60,15 +60,10 @@ def setup_along(reference, *, joint=SCENARIO.joint, substeps=1, noise=0.0, seed=
     )
 
 
-def begin(setup):
-    """Position at the start of a setup, the joint moving with the reference."""
-    return start_position(setup)
-
-
 def drive(controller, setup, *, position=None, run=run_compiled):
     """Run a controller over a setup; return the record and the position at the end."""
     record = empty_record(setup, len(controller.estimate_names))
-    start = begin(setup) if position is None else position._replace(sample=0, acting=-1)
+    start = start_position(setup) if position is None else position._replace(sample=0, acting=-1)
     controller.state, end = run(controller.parameters, controller.state, setup, start, setup.noise.size, record)
     return record, end
 
@@ -109,7 +104,6 @@ __all__ = [
     "NAMES",
     "SAMPLE",
     "SCENARIO",
-    "begin",
     "build_setup",
     "drive",
     "error_of",

@@ -24,11 +24,6 @@ def run(joint, state, torques, period, way=FOLLOW):
     return motion
 
 
-def run_in_python(joint, state, torques, period):
-    """Do the same in plain Python."""
-    return run(joint, state, torques, period, follow)
-
-
 def along_paths(step, rest):
     """Return a function that finds friction along a path, of a joint which is too heavy to be moved by it."""
 

@@ -12,7 +12,6 @@ from closed_loops import (
     NAMES,
     SAMPLE,
     SCENARIO,
-    begin,
     build_setup,
     drive,
     error_of,
@@ -24,6 +23,7 @@ from closed_loops import (
 from nightly import sampled
 
 from adaptive_ff.comparison.run import simulate
+from adaptive_ff.simulation.loop import start_position
 
 SHORT = SCENARIO.modified(duration=6.0)
 IDENTIFYING = [name for name in NAMES if make(name).estimate_names]
@@ -240,7 +240,7 @@ def test_long_saturation_is_survived(name):
 def stand_still(controller, noise, minutes):
     """Let a controller hold a joint at rest; return the position at the end."""
     rest = setup_along(np.zeros(60_001), substeps=10, noise=noise, seed=16)
-    position = begin(rest)
+    position = start_position(rest)
     for _ in range(minutes):
         record, position = drive(controller, rest, position=position)
         assert np.all(np.isfinite(record.torque))

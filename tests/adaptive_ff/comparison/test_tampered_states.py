@@ -16,7 +16,6 @@ from controllers import PI, pi_gains
 NAMES = ["pi", "adaptive", "adaptive_unsupervised", "adaptive_paper", "canudas", "disturbance_observer", "repetitive"]
 SHORT = SCENARIO.modified(duration=6.0)
 AFTER = SCENARIO.modified(duration=1.0)
-LIMIT = 1e8
 """More than any torque of the built-in joint's controllers can be, N m."""
 
 

@@ -35,7 +35,6 @@ from adaptive_ff.learning.torque_form import (
 
 PERIOD, PRESLIDING, STRIBECK = 0.01, 3e-3, 0.05
 MODEL = TorqueModel(2.0, 20.0, 30.0, 8.0, 0.004, STRIBECK, 1.0, 1.5, presliding=PRESLIDING, micro_damping=6.0)
-SLIDING = MODEL._replace(presliding=0.0, micro_damping=0.0)
 PLAN = 0.12 * np.sin(2.0 * math.pi * 0.9 * PERIOD * np.arange(180)) + 0.05 * np.sin(
     2.0 * math.pi * 2.3 * PERIOD * np.arange(180)
 )

@@ -2,68 +2,64 @@
 
 import numpy as np
 import pytest
-from closed_loops import SCENARIO, build_setup
+from closed_loops import SCENARIO, build_setup, drive, error_of
 from nightly import sampled
-from unequal_joint import EQUAL, Unequal, rms, unequal_loop
 
 from adaptive_ff.adaptive.controller import AdaptiveController
 from adaptive_ff.baselines.model_based import ModelBased
 from adaptive_ff.baselines.paper import PaperController
 from adaptive_ff.friction.model import ESTIMATED, PER_DIRECTION
+from adaptive_ff.scenario.truth import true_model
 from controllers import PI, pi_gains
+from plant import Joint
 
 GAINS, PERIOD = pi_gains(20.0, 5.0), SCENARIO.sampling.period
 ASSUMED = {"inertia": 20.0, "stribeck_velocity": 0.05}
+LONG = SCENARIO.modified(seed=103, duration=40.0)
+UNEQUAL = {"coulomb": 75.0, "stiction": 95.0, "viscous": 60.0, "offset": -20.0}
+UNEQUAL |= {"coulomb_backward": 45.0, "stiction_backward": 80.0, "viscous_backward": 110.0}
 
 
 def adaptive(delay, parameters=ESTIMATED):
     return AdaptiveController(*GAINS, PERIOD, **ASSUMED, parameters=parameters, delay=delay)
 
 
-def oracle(delay, joint=EQUAL):
-    return ModelBased(*GAINS, PERIOD, joint.model, delay=delay)
+def oracle(delay, scenario=SCENARIO):
+    return ModelBased(*GAINS, PERIOD, true_model(scenario), delay=delay)
 
 
-@pytest.fixture(scope="module")
-def setup():
-    return build_setup(SCENARIO.modified(seed=103, duration=40.0))
+def error(controller, delay, scenario=LONG):
+    """Settled error behind a drive with a computation delay, in periods; the reference of then is not known."""
+    setup, late = build_setup(scenario), round(delay * PERIOD / scenario.joint.solver_period)
+    setup = setup._replace(delay=late, acting=np.full_like(setup.acting, np.nan))
+    return error_of(setup, drive(controller, setup)[0], 15.0)
 
 
-@pytest.fixture(scope="module")
-def short_setup():
-    return build_setup(SCENARIO.modified(seed=104, duration=5.0))
-
-
-def error(controller, setup, delay, joint=EQUAL):
-    return rms(unequal_loop(controller, setup, joint, delay=delay)[0], 15.0)
-
-
-def test_feedforward_that_knows_the_delay_is_better_than_one_that_does_not_and_than_none(setup):
-    assumed = error(oracle(1.0), setup, 1.0)
-    assert assumed < 0.7 * error(oracle(0.0), setup, 1.0)
-    assert assumed < 0.15 * error(PI(*GAINS, PERIOD, delay=1.0), setup, 1.0)
-    assert assumed < 1.4 * error(oracle(0.0), setup, 0.0)
+def test_feedforward_that_knows_the_delay_is_better_than_one_that_does_not_and_than_none():
+    assumed = error(oracle(1.0), 1.0)
+    assert assumed < 0.7 * error(oracle(0.0), 1.0)
+    assert assumed < 0.15 * error(PI(*GAINS, PERIOD, delay=1.0), 1.0)
+    assert assumed < 1.4 * error(oracle(0.0), 0.0)
 
 
 @pytest.mark.parametrize("delay", sampled((0.5, 1.0, 1.5), (1.5,)))
-def test_adaptive_controller_that_knows_the_delay_is_about_as_good_as_the_oracle(setup, delay):
-    expected = error(oracle(delay), setup, delay)
-    informed = error(adaptive(delay), setup, delay)
+def test_adaptive_controller_that_knows_the_delay_is_about_as_good_as_the_oracle(delay):
+    expected = error(oracle(delay), delay)
+    informed = error(adaptive(delay), delay)
     assert informed < 1.15 * expected
-    assert error(adaptive(0.0), setup, delay) > 1.15 * informed  # a longer lag makes up for a part of the delay
+    assert error(adaptive(0.0), delay) > 1.15 * informed  # a longer lag makes up for a part of the delay
 
 
 def test_adaptive_controller_finds_unequal_directions_behind_a_delay():
     """One reference alone says little: the ratio to the oracle is 0.8 to 1.6, by when the joint reverses."""
-    joint, ratios, lags, offsets = Unequal(), [], [], []
+    ratios, lags, offsets = [], [], []
     for seed in (103, 104, 105, 106):
-        setup = build_setup(SCENARIO.modified(seed=seed, duration=40.0))
-        controller = adaptive(1.0, PER_DIRECTION)
-        ratios.append(error(controller, setup, 1.0, joint) / error(oracle(1.0, joint), setup, 1.0, joint))
+        scenario, controller = LONG.modified(seed=seed, joint=UNEQUAL), adaptive(1.0, PER_DIRECTION)
+        ratios.append(error(controller, 1.0, scenario) / error(oracle(1.0, scenario), 1.0, scenario))
         lags.append(controller.estimates["friction_lag"])
         offsets.append(controller.estimates["offset"])
     assert np.exp(np.mean(np.log(ratios))) < 1.15
-    assert np.mean(offsets) == pytest.approx(joint.model.offset, abs=2.0)
+    assert np.mean(offsets) == pytest.approx(true_model(scenario).offset, abs=2.0)
     assert np.mean(lags) == pytest.approx(0.02, abs=0.005)
 
 
@@ -76,29 +72,63 @@ MAKERS = {
 controllers = pytest.mark.parametrize("make", MAKERS.values(), ids=MAKERS)
 
 
+@pytest.fixture(scope="module")
+def setup():
+    return build_setup(SCENARIO.modified(seed=104, duration=5.0))
+
+
+def own_loop(controller, setup, delay, *, tell=True, known=None):
+    """Run ``step`` around a joint behind a drive whose torque acts a delay, in periods, after its sample.
+
+    ``known`` are loads, a sample each, given as ``feedforward``; each acts while the torque of its sample does.
+    Return the velocities at the samples and the torques.
+    """
+    whole, rest = int(delay), delay - int(delay)
+    joint, realised, velocities, torques = Joint(SCENARIO.joint, float(setup.reference[0])), None, [], []
+    loads = np.zeros(setup.noise.size) if known is None else known
+    for k, (first, last) in enumerate(zip(setup.samples[:-1], setup.samples[1:], strict=True)):
+        velocities.append(joint.state.velocity)
+        torques.append(
+            controller.step(
+                setup.reference[first],
+                joint.state.velocity + setup.noise[k],
+                next_reference=setup.reference[last],
+                realised_torque=realised if tell else None,
+                feedforward=loads[k],
+            )
+        )
+        given = ((k - whole - 1, rest), (k - whole, 1.0 - rest))
+        acting = [(torques[i], loads[i], part) if i >= 0 else (0.0, 0.0, part) for i, part in given]
+        for torque, load, part in acting:
+            if part > 0.0:
+                joint.step(torque - load, part * PERIOD)
+        realised = sum(torque * part for torque, _, part in acting)
+    return np.array(velocities), np.array(torques)
+
+
 @controllers
 @pytest.mark.parametrize("delay", [0.0, 1.0, 1.5])
-def test_torque_that_is_not_told_is_taken_as_what_was_asked_for_in_that_period(make, delay, short_setup):
-    _, assumed = unequal_loop(make(delay), short_setup, delay=delay, limit=np.inf)
-    _, untold = unequal_loop(make(delay), short_setup, delay=delay, limit=np.inf, tell=False)
+def test_torque_that_is_not_told_is_taken_as_what_was_asked_for_in_that_period(make, delay, setup):
+    _, assumed = own_loop(make(delay), setup, delay)
+    _, untold = own_loop(make(delay), setup, delay, tell=False)
     assert untold == pytest.approx(assumed, abs=1e-3)  # rounding, amplified by a large covariance at the start
 
 
 @controllers
 @pytest.mark.parametrize("delay", [0.0, 1.0, 1.5])
-def test_load_that_is_told_for_when_the_drive_acts_changes_no_motion(make, delay, short_setup):
-    load = 30.0 * np.sin(0.05 * np.arange(short_setup.noise.size))
-    free, free_torques = unequal_loop(make(delay), short_setup, delay=delay, limit=np.inf)
-    loaded, torques = unequal_loop(make(delay), short_setup, delay=delay, limit=np.inf, known=load)
+def test_load_that_is_told_for_when_the_drive_acts_changes_no_motion(make, delay, setup):
+    load = 30.0 * np.sin(0.05 * np.arange(setup.noise.size))
+    free, free_torques = own_loop(make(delay), setup, delay)
+    loaded, torques = own_loop(make(delay), setup, delay, known=load)
     assert loaded == pytest.approx(free, abs=1e-6)
     assert torques - load == pytest.approx(free_torques, abs=1e-2)
 
 
 @controllers
-def test_compiled_equals_plain_and_a_saved_state_goes_on(make, short_setup):
-    _, expected = unequal_loop(make(1.5).run_uncompiled(), short_setup, delay=1.5)
+def test_compiled_equals_plain_and_a_saved_state_goes_on(make, setup):
+    _, expected = own_loop(make(1.5).run_uncompiled(), setup, 1.5)
     controller = make(1.5)
-    _, found = unequal_loop(controller, short_setup, delay=1.5)
+    _, found = own_loop(controller, setup, 1.5)
     assert found == pytest.approx(expected, rel=1e-12)
     other = make(1.5)
     other.state_from_json(controller.state_to_json())
@@ -121,8 +151,8 @@ class Twins:
 
 
 @pytest.mark.parametrize("delay", sampled((1.0, 1.5), (1.5,)))
-def test_learning_does_not_make_the_torque_jump_behind_a_delay(delay, short_setup):
+def test_learning_does_not_make_the_torque_jump_behind_a_delay(delay, setup):
     twins = Twins(delay)
-    unequal_loop(twins, short_setup, delay=delay)
+    own_loop(twins, setup, delay)
     assert twins.torques[0] == pytest.approx(twins.torques[1], abs=1.0)
     assert abs(twins.torques[0]) > 10.0
