@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy import stats
+from scipy import special
 
 from adaptive_ff.comparison.baseline import GATED, check_same_scenario, read_baseline
 from adaptive_ff.comparison.comparison import Comparison
@@ -107,7 +107,7 @@ class Tolerances:
         values = self._scatter.get(controller, {}).get(metric, [])
         if len(values) < 2 or not any(values):
             return TOLERANCE
-        quantile = float(stats.t.ppf(0.5 + 0.5 * CONFIDENCE, len(values) - 1))
+        quantile = float(special.stdtrit(len(values) - 1, 0.5 + 0.5 * CONFIDENCE))
         return quantile * float(np.std(values, ddof=1) / np.mean(values)) / math.sqrt(len(values))
 
 

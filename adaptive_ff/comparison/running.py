@@ -1,7 +1,6 @@
 """A controller of any kind driven over a setup: compiled where it has kernels, else in plain Python."""
 
 import copy
-import os
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
@@ -109,8 +108,9 @@ def compile_together(controllers: Iterable[Any], setup: RunSetup) -> None:
         drive.advance(built, start_position(built), 0, record)
 
     if compiles():
-        with ThreadPoolExecutor(os.cpu_count()) as pool:
-            list(pool.map(begin, (each for each in controllers if isinstance(each, Controller))))
+        own = [each for each in controllers if isinstance(each, Controller)]
+        with ThreadPoolExecutor(max(1, len(own))) as pool:  # most wait for a compiler, or for another one's kernels
+            list(pool.map(begin, own))
 
 
 def ends_of_parts(count: int, parts: int) -> Iterator[int]:

@@ -5,7 +5,7 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
-from scipy import signal
+import scipy
 
 from adaptive_ff.friction.along import columns_along
 from adaptive_ff.friction.columns import COULOMB, PATHS, STICTION, Curve, Hypothesis
@@ -92,7 +92,7 @@ def lagged(values: Array, period: float, lag: float) -> Array:
     share = lag / period * (1.0 - decay)
     gains = [1.0 - share, share - decay]
     state = np.array([values[0] - gains[0] * values[0]])
-    result: Array = signal.lfilter(gains, [1.0, -decay], values, zi=state)[0]
+    result: Array = scipy.signal.lfilter(gains, [1.0, -decay], values, zi=state)[0]
     return result
 
 

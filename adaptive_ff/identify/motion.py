@@ -9,7 +9,8 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from scipy import interpolate, signal
+import scipy
+from scipy import interpolate
 
 from controllers.arrays import NDArray
 
@@ -183,13 +184,13 @@ class Filter(NamedTuple):
     def __call__(self, values: Array) -> Array:
         """Return the filtered series, or columns."""
         padding = min(self.padding, values.shape[0] - 1)
-        filtered: Array = signal.sosfiltfilt(self.sections, values, axis=0, padlen=padding)
+        filtered: Array = scipy.signal.sosfiltfilt(self.sections, values, axis=0, padlen=padding)
         return filtered
 
 
 def lowpass(corner: float, period: float, tuning: Tuning = TUNING) -> Filter:
     """Return the low-pass of a corner, Hz, at which its gain is a half."""
-    sections = signal.butter(tuning.order, min(corner, 0.49 / period), fs=1.0 / period, output="sos")
+    sections = scipy.signal.butter(tuning.order, min(corner, 0.49 / period), fs=1.0 / period, output="sos")
     return Filter(sections, math.ceil(2.0 / (corner * period)))
 
 

@@ -4,7 +4,7 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
-from scipy import optimize, stats
+from scipy import optimize, special
 
 from adaptive_ff.identify.motion import Array
 from controllers.arrays import NDArray
@@ -120,4 +120,4 @@ def standard_errors(blocks: Blocks) -> Array:
 
 def quantile(blocks: int, confidence: float) -> float:
     """Return the half width of an interval over the standard error: Student's t of the number of blocks."""
-    return float(stats.t.ppf(0.5 + 0.5 * confidence, max(1, blocks - 1)))
+    return float(special.stdtrit(max(1, blocks - 1), 0.5 + 0.5 * confidence))

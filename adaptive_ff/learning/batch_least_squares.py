@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from scipy import linalg, stats
+from scipy import linalg, special
 
 from adaptive_ff.learning.confidence import check_confidence
 from controllers.arrays import ArrayLike, NDArray
@@ -103,7 +103,7 @@ class LeastSquaresFit:
 
     def interval(self, value: float, standard_error: float) -> Estimate:
         """Return a number derived from the parameters with its interval (Student's t)."""
-        half = standard_error * float(stats.t.ppf(0.5 + 0.5 * self.confidence, self.degrees_of_freedom))
+        half = standard_error * float(special.stdtrit(self.degrees_of_freedom, 0.5 + 0.5 * self.confidence))
         return Estimate(value, standard_error, value - half, value + half)
 
 

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from scipy import linalg, stats
+from scipy import linalg, special
 from scipy.optimize import brentq, least_squares, nnls
 
 from adaptive_ff.errors import counted
@@ -149,7 +149,7 @@ def fit_stribeck(
     freedom = points.torque.size - len(values)
     variance = max(squares / freedom, (EXACT * float(np.max(np.abs(points.torque) * points.weight))) ** 2)
     covariance = variance * _inverse_information(slopes[:, : len(values)] * points.weight[:, np.newaxis])
-    bound = float(stats.t.ppf(0.5 + 0.5 * confidence, freedom))
+    bound = float(special.stdtrit(freedom, 0.5 + 0.5 * confidence))
     estimates, natural = {}, np.ones(len(values))
     for place, (name, value) in enumerate(values.items()):
         error = math.sqrt(covariance[place, place])

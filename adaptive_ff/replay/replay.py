@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy import signal
+import scipy
 
 from adaptive_ff.errors import InputError, read_text
 from adaptive_ff.friction.model import unit_of
@@ -283,12 +283,12 @@ def _replayed(
     """Return the torque fed along a segment by what was learnt before each sample, and the estimates, by state."""
     slow = max(0.01 * prepared.fast, 3.0 * rows.noise)
     columns = columns_of(learner, rows, slow)
-    response = signal.butter(2, min(prepared.band, 0.4 / rows.period), fs=1.0 / rows.period, output="sos")
-    start = signal.sosfilt_zi(response)[:, :, np.newaxis]
-    seen = signal.sosfilt(response, columns, axis=0, zi=start * columns[0])[0]
-    torque = signal.sosfilt(response, rows.torque, zi=start[:, :, 0] * rows.torque[0])[0]
+    response = scipy.signal.butter(2, min(prepared.band, 0.4 / rows.period), fs=1.0 / rows.period, output="sos")
+    start = scipy.signal.sosfilt_zi(response)[:, :, np.newaxis]
+    seen = scipy.signal.sosfilt(response, columns, axis=0, zi=start * columns[0])[0]
+    torque = scipy.signal.sosfilt(response, rows.torque, zi=start[:, :, 0] * rows.torque[0])[0]
     still = (np.abs(rows.velocity) < slow).astype(float)
-    slides = signal.sosfilt(response, still, zi=start[:, :, 0] * still[0])[0] < 0.2
+    slides = scipy.signal.sosfilt(response, still, zi=start[:, :, 0] * still[0])[0] < 0.2
     held = np.concatenate([torque[:1], torque[:-1]])  # at standstill friction is what the joint was seen to hold
     found = {}
     for name, state in states.items():

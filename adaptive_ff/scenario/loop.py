@@ -5,8 +5,8 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.signal import lfilter
 
 from adaptive_ff.scenario.axis_units import axis_unit
 from controllers import (
@@ -16,8 +16,9 @@ from controllers import (
     fastest_bandwidth,
     initial_velocity_state,
     loop_margins_of,
-    loop_systems,
 )
+from controllers.design.sampled_loop import SampledLoop, margins_of
+from controllers.design.velocity_filter import filter_of
 from controllers.sensitivity import PI_SENSITIVITY
 from plant import steepest_fall
 
@@ -191,14 +192,17 @@ def _filtered(system: Any, values: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the output of a transfer function in ``z``; in powers of the delay short numerators begin with zeros."""
     numerator, denominator = system.num[0][0], system.den[0][0]
     padded = np.concatenate([np.zeros(denominator.size - numerator.size), numerator])
-    found: NDArray[np.float64] = lfilter(padded, denominator, values)
+    found: NDArray[np.float64] = scipy.signal.lfilter(padded, denominator, values)
     return found
 
 
 def loop_cautions(scenario: "Scenario") -> Iterator[str]:
     """Yield a sentence where the velocity loop oscillates, by its margins or because friction falls too steeply."""
     gains, inertia = scenario.feedback.gains, scenario.feedback.inertia
-    reached = loop_margins_of(loop_systems(*gains, inertia, **sampled(scenario)))
+    given = sampled(scenario)
+    period, measured = given["period"], filter_of(given["velocity"])
+    loop = SampledLoop(gains[0] * period / inertia, gains[1] * period**2 / inertia, given["delay"], measured)
+    reached = margins_of(loop)
     if reached.maximum_sensitivity > PI_SENSITIVITY * (1.0 + 1e-3):
         shown = (
             f"the velocity loop oscillates: its maximum sensitivity is {reached.maximum_sensitivity:.3g} and its phase "
@@ -208,7 +212,7 @@ def loop_cautions(scenario: "Scenario") -> Iterator[str]:
         )
         yield (
             f"{shown}, delay and velocity filter included; feedback.bandwidth = "
-            f"{fastest_bandwidth(**sampled(scenario)):.3g} Hz or less keeps a sensitivity of {PI_SENSITIVITY:g}"
+            f"{fastest_bandwidth(**given):.3g} Hz or less keeps a sensitivity of {PI_SENSITIVITY:g}"
         )
     fall = steepest_fall(scenario.joint.friction)
     if fall > gains[0]:

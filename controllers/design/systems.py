@@ -4,7 +4,6 @@ import math
 from dataclasses import replace
 from typing import Any, NamedTuple
 
-import control
 import numpy as np
 
 from controllers.checks import check_finite, check_positive
@@ -67,6 +66,8 @@ def loop_systems(
     TypeError
         An argument is no number.
     """
+    import control  # here, not above: it loads matplotlib and scipy.signal, a second that designs of gains do not need
+
     check_positive(inertia=inertia, period=period)
     check_whole_delay(delay)
     check_finite(proportional=proportional, integral=integral, friction_slope=friction_slope)
