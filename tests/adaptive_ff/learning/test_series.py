@@ -89,59 +89,19 @@ def test_physical_parameters_come_back(model, period):
         assert value == pytest.approx(getattr(model, name), rel=max(1e-10, amplified.get(name, 0.0)))
 
 
-def share(velocity):
-    return math.exp(-abs(velocity) / JOINT.stribeck_velocity)
-
-
-@pytest.fixture(scope="module")
-def series():
-    """Torque and velocity by the recursion (4), written out here once more."""
-    rng = np.random.default_rng(7)
-    torque = 150.0 * rng.standard_normal(2000)
-    a1, a2, b0, b1, c1, d1 = series_coefficients(JOINT, PERIOD)
-    velocity = np.zeros(2000)
-    for k in range(2, 2000):
-        last = velocity[k - 1]
-        friction = np.sign(last) * (c1 * (1.0 - share(last)) + d1 * share(last))
-        velocity[k] = a1 * last - a2 * velocity[k - 2] + b0 * torque[k] - b1 * torque[k - 1] - friction
-    assert 0.05 < np.std(velocity) < 5.0
-    return torque, velocity
-
-
-def regressors(torque, velocity, k):
-    row = np.empty(6)
-    last = (velocity[k - 1], velocity[k - 2]), (torque[k], torque[k - 1])
-    series_regressors(row, *last, JOINT.stribeck_velocity, JOINT.stribeck_shape)
-    return row
-
-
-def test_the_series_is_the_equation_of_motion_with_backward_differences(series):
-    torque, velocity = series
-    w, before, earlier = velocity[2:], velocity[1:-1], velocity[:-2]
-    second = (w - 2.0 * before + earlier) / PERIOD**2
-    slide = np.exp(-np.abs(before) / JOINT.stribeck_velocity)
-    friction = np.sign(before) * (JOINT.coulomb * (1.0 - slide) + JOINT.stiction * slide) + JOINT.viscous * w
-    inertial = JOINT.inertia * (JOINT.friction_lag * second + (w - before) / PERIOD)
-    applied = torque[2:] + JOINT.friction_lag * np.diff(torque)[1:] / PERIOD
-    assert inertial + friction == pytest.approx(applied, abs=1e-8 * np.max(np.abs(applied)))  # (2)
-
-
-def test_least_squares_on_the_recursion_returns_its_coefficients_and_the_joint(series):
-    torque, velocity = series
-    rows = np.array([regressors(torque, velocity, k) for k in range(2, velocity.size)])
-    found = np.linalg.lstsq(rows, velocity[2:])[0]
-    assert found == pytest.approx(np.array(series_coefficients(JOINT, PERIOD)), rel=1e-8)
-    physical = np.empty(5)
-    assert write_physical(found, PERIOD, physical)
-    assert physical == pytest.approx(JOINT[:5], rel=1e-6)
-
-
 def test_regressors_are_odd_and_without_friction_at_rest():
     torque, velocity = np.array([3.0, 5.0, 8.0]), np.array([0.02, -0.03, 0.0])
-    row = regressors(torque, velocity, 2)
+
+    def regressors(torque, velocity):
+        row = np.empty(6)
+        last = (velocity[1], velocity[0]), (torque[2], torque[1])
+        series_regressors(row, *last, JOINT.stribeck_velocity, JOINT.stribeck_shape)
+        return row
+
+    row = regressors(torque, velocity)
     assert row == pytest.approx([-0.03, -0.02, 8.0, -5.0, 1.0 - math.exp(-0.6), math.exp(-0.6)], rel=1e-12)
-    assert regressors(-torque, -velocity, 2) == pytest.approx(-row, rel=1e-15)
-    assert not np.any(regressors(torque, np.zeros(3), 2)[[0, 1, 4, 5]])
+    assert regressors(-torque, -velocity) == pytest.approx(-row, rel=1e-15)
+    assert not np.any(regressors(torque, np.zeros(3))[[0, 1, 4, 5]])
 
 
 @pytest.mark.parametrize(

@@ -3,7 +3,6 @@ import math
 
 import numpy as np
 import pytest
-from closed_loops import SCENARIO, drive, setup_along
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import quad
@@ -16,7 +15,6 @@ from adaptive_ff.learning.torque_form import (
     FILTER_SPEED,
     FILTER_TORQUE,
     FILTER_VELOCITY,
-    REGRESSORS,
     TorqueForm,
     advance_signals_in_place,
     initial_signals,
@@ -24,82 +22,8 @@ from adaptive_ff.learning.torque_form import (
     settle_signals_in_place,
     write_regressors,
 )
-from controllers import PI, pi_gains
 
-FINE = SCENARIO.joint.model_copy(update={"solver_period": 1e-4})
-TRUE = {
-    "inertia_lag": FINE.inertia * FINE.friction_lag,
-    "inertia": FINE.inertia,
-    "coulomb": FINE.coulomb,
-    "stiction": FINE.stiction,
-    "viscous": FINE.viscous,
-    "friction_lag": FINE.friction_lag,
-}
-FORM = TorqueForm(50.0, FINE.stribeck_velocity, FINE.stribeck_shape)
-HOLD = 8.0  # time constants of the filters: what is left of a false sample is then below a thousandth
-
-
-def log_of_a_run(reference, bandwidth):
-    """Torque over each period of 1 ms and velocity at its end, without noise."""
-    setup = setup_along(reference, joint=FINE, substeps=10, limit=None)
-    record, _ = drive(PI(*pi_gains(FINE.inertia, bandwidth), 1e-3), setup)
-    return record.torque[:-1], record.measured[1:], record.measured[0]
-
-
-def parameters_by_least_squares(log, slowest, hold):
-    torques, velocities, first = log
-    signals = settle_signals_in_place(FORM, initial_signals(), first)
-    sliding, rows, outputs = 0.0, [], []
-    for torque, velocity in zip(torques, velocities, strict=True):
-        signals = advance_signals_in_place(FORM, signals, torque, velocity, 1e-3)
-        sliding = sliding_time(sliding, velocity, velocity, True, slowest, 1e-3)
-        if sliding * FORM.pole >= hold:
-            rows.append(np.zeros(6))
-            outputs.append(write_regressors(FORM, signals, rows[-1]))
-    solution = np.linalg.lstsq(np.array(rows), np.array(outputs))[0]
-    return dict(zip(REGRESSORS, solution, strict=True)), len(rows)
-
-
-@pytest.fixture(scope="module")
-def sliding_log():
-    time = 1e-4 * np.arange(100_001)
-    reference = 0.15 + 0.06 * np.sin(2.0 * np.pi * 0.7 * time) + 0.05 * np.sin(2.0 * np.pi * 2.3 * time + 1.0)
-    return log_of_a_run(reference, 20.0)
-
-
-@pytest.fixture(scope="module")
-def reversing_log():
-    time = 1e-4 * np.arange(300_001)
-    sines = ((0.2, 0.23, 0.0), (0.1, 0.7, 1.0), (0.05, 1.3, 2.0))
-    reference = sum(size * np.sin(2.0 * np.pi * frequency * time + phase) for size, frequency, phase in sines)
-    return log_of_a_run(reference, 10.0)
-
-
-def test_a_joint_that_slides_one_way_is_identified_within_one_percent(sliding_log):
-    assert np.all(sliding_log[1] > 0.02)
-    found, rows = parameters_by_least_squares(sliding_log, 0.01, HOLD)
-    assert rows > 9000
-    assert found == pytest.approx(TRUE, rel=0.01)
-
-
-def test_a_joint_that_reverses_is_identified_within_one_percent_where_the_gate_is_open(reversing_log):
-    assert np.count_nonzero(np.diff(np.sign(reversing_log[1]))) > 20
-    found, rows = parameters_by_least_squares(reversing_log, 0.02, HOLD)
-    assert rows > 15_000
-    assert found == pytest.approx(TRUE, rel=0.01)
-
-
-def test_without_the_gate_samples_at_rest_spoil_the_estimates(reversing_log):
-    found, rows = parameters_by_least_squares(reversing_log, 0.0, -1.0)
-    assert rows == reversing_log[1].size
-    wrong = {name: abs(found[name] / TRUE[name] - 1.0) for name in REGRESSORS}
-    assert min(wrong[name] for name in ("inertia_lag", "friction_lag")) > 0.2
-    assert min(wrong[name] for name in ("coulomb", "stiction", "viscous")) > 0.03
-
-
-def test_the_gate_needs_its_hold(reversing_log):
-    found, _ = parameters_by_least_squares(reversing_log, 0.02, 0.0)
-    assert max(abs(found[name] / TRUE[name] - 1.0) for name in REGRESSORS) > 0.05
+FORM = TorqueForm(50.0, 0.05, 1.0)
 
 
 def impulse_response_integral(signal, until, breaks):
