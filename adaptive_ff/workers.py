@@ -4,6 +4,7 @@ import multiprocessing
 import os
 import signal
 import threading
+from collections.abc import Callable
 from concurrent.futures import Executor, ProcessPoolExecutor, ThreadPoolExecutor
 from multiprocessing.connection import wait
 
@@ -32,3 +33,10 @@ def end_with_parent() -> None:
         os._exit(1)  # nobody waits for a result
 
     threading.Thread(target=watch, name="end-with-parent", daemon=True).start()
+
+
+def part_of_progress(
+    progress: Callable[[float], None] | None, part: float, parts: float
+) -> Callable[[float], None] | None:
+    """Return what is called with the fraction done of one of some parts, for what is called with that of all."""
+    return None if progress is None else lambda done: progress((part + done) / parts)

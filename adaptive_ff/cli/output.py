@@ -30,24 +30,12 @@ LONGEST_LIST = 10
 
 @dataclass
 class Results:
-    """Results of a command on their way to their places.
+    """Results of a command on their way to their places."""
 
-    Attributes
-    ----------
-    output : Output
-        What the user chose.
-    stage : Path
-        Temporary folder whose files are moved to the folder of the output when all are complete.
-    beside : dict of Path
-        By single file, where to write it for the time being.
-    shown : list of Table or str
-        What is printed when all is written.
-    """
-
-    output: Output
-    stage: Path
-    beside: dict[Path, Path]
-    shown: list[Any] = field(default_factory=list)
+    output: Output  # what the user chose
+    stage: Path  # temporary folder whose files are moved to the folder of the output when all are complete
+    beside: dict[Path, Path]  # by single file, where to write it for the time being
+    shown: list[Any] = field(default_factory=list)  # what is printed when all is written
 
     def write(
         self,

@@ -62,11 +62,6 @@ def scenario_differences(scenario: Scenario, baseline: Mapping[str, Any], across
     A field that the baseline does not have, because an earlier version wrote it, counts as its default. Of the path of
     a recorded reference only the name of the file counts, so that a baseline may move between machines. What is named
     in ``across``, of :data:`ACROSS`, may differ.
-
-    Raises
-    ------
-    InputError
-        There is no such thing that may differ.
     """
     for name in across:
         if name not in ACROSS:
@@ -88,24 +83,7 @@ def scenario_differences(scenario: Scenario, baseline: Mapping[str, Any], across
 
 
 def check_same_scenario(scenario: Scenario, baseline: Mapping[str, Any], name: str, across: Iterable[str] = ()) -> None:
-    """Refuse a baseline of another scenario.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        The scenario that is run now.
-    baseline : mapping
-        The earlier result.
-    name : str
-        What the baseline is called in the message.
-    across : iterable of str, optional
-        What may differ, see :data:`ACROSS`.
-
-    Raises
-    ------
-    InputError
-        The baseline is of another scenario; the message names the fields that differ.
-    """
+    """Refuse a baseline (called ``name``) of another scenario but for what may differ; the message names the fields."""
     found = scenario_differences(scenario, baseline, across)
     if found:
         gains = all(one.startswith(f"{ACROSS['gains']}.") for one in found)

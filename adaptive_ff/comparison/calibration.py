@@ -38,13 +38,7 @@ FINE = 1e-12
 
 
 def identify_joint(scenario: Scenario) -> TorqueModel:
-    """Identify a scenario's joint in a calibration run.
-
-    Raises
-    ------
-    InputError
-        The calibration run does not move enough to be identified from.
-    """
+    """Identify a scenario's joint in a calibration run; ``InputError`` where that does not move enough."""
     other = scenario.modified(seed=(scenario.seed + OTHER_SEED) % 2**63, duration=DURATION, change=[])
     return _identified(other.model_dump_json())
 

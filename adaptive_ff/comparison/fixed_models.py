@@ -93,21 +93,9 @@ SOURCES: dict[str, Callable[[Scenario, TorqueModel], TorqueModel]] = {
 
 
 def fixed_model(scenario: Scenario, truth: TorqueModel, form: str, source: str) -> TorqueModel:
-    """Return the model that a fixed feedforward assumes.
+    """Return the model that a fixed feedforward assumes, of one of ``FORMS`` and from one of ``SOURCES``.
 
-    Parameters
-    ----------
-    scenario : Scenario
-        The scenario.
-    truth : TorqueModel
-        Parameters of its joint at the start of the run.
-    form, source : str
-        One of ``FORMS`` and one of ``SOURCES``.
-
-    Raises
-    ------
-    InputError
-        The joint cannot be identified in a calibration run.
+    ``truth`` holds the parameters of the joint at the start of the run.
     """
     return FORMS[form](SOURCES[source](scenario, truth), scenario.reference_velocity())
 

@@ -29,19 +29,9 @@ Tolerance = Fraction | Mapping[str, Fraction]
 
 
 def read_fraction(name: str, value: Fraction) -> float:
-    """Return a fraction such as ``"5%"``, ``"0.05"`` or 0.05 as a number.
+    """Return a fraction such as ``"5%"``, ``"0.05"`` or 0.05 as a number; messages call it by the name.
 
-    Parameters
-    ----------
-    name : str
-        What it is called in messages.
-    value : float or str
-        The fraction; above one only as a percentage, since a bare 5 is more likely meant as 5 % than as 500 %.
-
-    Raises
-    ------
-    InputError
-        It is no fraction; the message names both spellings.
+    Above one only as a percentage, since a bare 5 is more likely meant as 5 % than as 500 %.
     """
     text = str(value).strip()
     try:
@@ -61,20 +51,8 @@ def read_fraction(name: str, value: Fraction) -> float:
 class Tolerances:
     """How much worse each figure of each controller may be.
 
-    Parameters
-    ----------
-    tolerance : float, str or mapping
-        A fraction for all, or fractions by metric, controller or ``CONTROLLER.METRIC`` beside a ``default``; the most
-        particular one counts.
-    controllers : iterable of str
-        Controllers that may be named.
-    scatter : mapping, optional
-        Figures of each controller at several seeds: where no fraction is given, half the interval of their mean.
-
-    Raises
-    ------
-    InputError
-        A fraction or a name is not allowed.
+    A fraction for all, or fractions by metric, controller or ``CONTROLLER.METRIC`` beside a ``default``; the most
+    particular one counts. Where none is given, half the interval of the mean of the figures at several seeds (scatter).
     """
 
     def __init__(
@@ -112,20 +90,7 @@ class Tolerances:
 
 
 def guarded_controllers(baseline: Mapping[str, Any], chosen: Iterable[str] | None = None) -> list[str]:
-    """Return the controllers that a gate looks at.
-
-    Parameters
-    ----------
-    baseline : mapping
-        The earlier result.
-    chosen : iterable of str, optional
-        Controllers; by default all of the baseline but the yardsticks of this package.
-
-    Raises
-    ------
-    InputError
-        One is not in the baseline, or there is none.
-    """
+    """Return the controllers that a gate looks at: by default all of the baseline but the package's yardsticks."""
     there = list(baseline["controllers"])
     if chosen is None:
         names = [name for name in there if name in GUARDED or name not in CONTROLLERS]
@@ -143,20 +108,7 @@ def guarded_controllers(baseline: Mapping[str, Any], chosen: Iterable[str] | Non
 
 
 def guarded_metrics(baseline: Mapping[str, Any], chosen: Iterable[str] | None = None) -> list[str]:
-    """Return the metrics that a gate looks at.
-
-    Parameters
-    ----------
-    baseline : mapping
-        The earlier result, which lacks those of the position without a position loop.
-    chosen : iterable of str, optional
-        Metrics; by default all that the baseline has.
-
-    Raises
-    ------
-    InputError
-        One is not known or not in the baseline, or there is none.
-    """
+    """Return the metrics that a gate looks at: by default all that the baseline has."""
     controllers = baseline["controllers"]
     if chosen is None:
         return [name for name in GATED if all(name in figures for figures in controllers.values())]

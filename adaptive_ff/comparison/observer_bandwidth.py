@@ -34,21 +34,9 @@ def observer_bandwidth(
 ) -> float:
     """Return a multiple of the balance, Hz, or the most that a maximum sensitivity of 2 allows where that is less.
 
-    Where an encoder's velocity leaves the loop with a maximum sensitivity beyond :data:`LARGEST_BEHIND_FILTER` it is
-    less, and where the PI loop itself has more, it is the slowest that a design looks at.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        The scenario.
-    multiple : float
-        Multiple of the balance.
-    design : callable
-        Design of the observer.
-    *gains : float
-        Gains that it takes.
-    bounded : bool, optional
-        Whether the measured velocity bounds it; an observer that knows its lag needs no margin for it.
+    ``design`` is the observer's, with the gains that it takes. Where an encoder's velocity leaves the loop with a
+    maximum sensitivity beyond :data:`LARGEST_BEHIND_FILTER` it is less, and where the PI loop itself has more, it is
+    the slowest that a design looks at; not bounded so is an observer that knows its lag.
     """
     inertia, period = scenario.feedback.inertia, scenario.sampling.period
     delay = math.ceil(scenario.assumed_delay - 1e-6)

@@ -97,31 +97,15 @@ GIVEN = tuple(name for name in Inputs._fields if name not in ("reference", "velo
 
 
 class Foreign(NamedTuple):
-    """A user's own controller, as parameters of the loop in plain Python.
+    """A user's own controller, as parameters of the loop in plain Python."""
 
-    Attributes
-    ----------
-    controller : object
-        Has a method ``step`` like :meth:`controllers.Controller.step`.
-    accepted : frozenset of str
-        Names of the keyword arguments that its ``step`` accepts; it is given no others.
-    estimate_names : tuple of str
-        Names of its estimates.
-    """
-
-    controller: Any
-    accepted: frozenset[str]
-    estimate_names: tuple[str, ...] = ()
+    controller: Any  # has a method ``step`` like :meth:`controllers.Controller.step`
+    accepted: frozenset[str]  # names of the keyword arguments that its ``step`` accepts; it is given no others
+    estimate_names: tuple[str, ...] = ()  # names of its estimates
 
 
 def own_controller(controller: Any) -> Foreign:
-    """Return a user's controller with what the loop needs to know of it.
-
-    Raises
-    ------
-    InputError
-        Its ``step`` cannot be called with reference, velocity and what it names beside them.
-    """
+    """Return a user's controller with what the loop needs to know of it; refuse one that cannot be called."""
     names = tuple(getattr(controller, "estimates", None) or ())
     try:
         taken = signature(controller.step)
@@ -203,24 +187,12 @@ ESTIMATES[Foreign] = lambda parameters, state, row: write_own_estimates(paramete
 
 
 def make_own(name: str, own: Own, scenario: Scenario) -> Any:
-    """Make an own controller for a scenario.
+    """Make an own controller, which messages call by its name, for a scenario.
 
-    Parameters
-    ----------
-    name : str
-        What it is called, for messages.
-    own : object, callable or str
-        An object with a method ``step``, which is copied, so that each run begins with its state of now; a class or a
-        factory; or ``FILE.py:NAME`` of one of these. A class or factory is given those of ``scenario``,
-        ``proportional`` and ``integral`` (the PI gains of the scenario), ``period`` and ``inertia`` (that its feedback
-        assumes) whose names it has, or the scenario alone where its only argument has another name.
-    scenario : Scenario
-        The scenario.
-
-    Raises
-    ------
-    InputError
-        It cannot be loaded or made, or has no method ``step`` that can be called as the loop does.
+    An object is copied, so that each run begins with its state of now. A class, a factory, or ``FILE.py:NAME`` of one
+    is given those of ``scenario``, ``proportional`` and ``integral`` (the PI gains of the scenario), ``period`` and
+    ``inertia`` (that its feedback assumes) whose names it has, or the scenario alone where its only argument has
+    another name.
     """
     if isinstance(own, str):
         own = load_own(own)
@@ -273,13 +245,7 @@ def _forget_namesakes(folder: Path) -> None:
 
 @lru_cache(maxsize=64)
 def load_own(place: str) -> Any:
-    """Load an own controller from ``FILE.py:NAME``.
-
-    Raises
-    ------
-    InputError
-        There is no such file or name; the message lists the names that there are.
-    """
+    """Load an own controller from ``FILE.py:NAME``; the error lists the names that there are."""
     file, colon, name = place.rpartition(":")
     path = Path(file)
     if not (colon and name.isidentifier() and path.suffix == ".py"):
@@ -311,13 +277,7 @@ def load_own(place: str) -> Any:
 
 
 def named_own(places: list[str]) -> dict[str, Own]:
-    """Return own controllers by name, from ``[NAME=]FILE.py:OBJECT`` as a command line gives them.
-
-    Raises
-    ------
-    InputError
-        Two have the same name, or one cannot be loaded.
-    """
+    """Return own controllers by name, from ``[NAME=]FILE.py:OBJECT`` as a command line gives them."""
     found: dict[str, Own] = {}
     for given in places:
         name, equals, place = given.partition("=")
@@ -331,15 +291,7 @@ def named_own(places: list[str]) -> dict[str, Own]:
 
 
 def check_own_names(own: Mapping[str, Own], taken: Mapping[str, Any]) -> None:
-    """Refuse an own controller whose name is one of the package, or cannot begin the name of a file.
-
-    Raises
-    ------
-    InputError
-        A name is taken, or none of a file.
-    TypeError
-        They are not given by name.
-    """
+    """Refuse an own controller whose name is one of the package, or cannot begin the name of a file."""
     check_kind("own", own, Mapping, "controllers by name, such as {'mine': Mine}")
     for name in own:
         check_kind("own: a name", name, str, "a text")

@@ -44,23 +44,14 @@ class Errors(NamedTuple):
 
 
 class OwnBandwidth(NamedTuple):
-    """The bandwidth that suits a controller.
+    """The bandwidth that suits a controller."""
 
-    Attributes
-    ----------
-    bandwidths : tuple of float
-        Bandwidths that were tried, ascending, Hz.
-    errors, loaded : tuple of float
-        Settled rms error at each, and after the step of the load, medians over the seeds, rad/s; infinite where the
-        loop fails.
-    costs : tuple of float
-        The larger of the two, over PI's at its best bandwidth; of PI itself over its least.
-    """
-
-    bandwidths: tuple[float, ...]
+    bandwidths: tuple[float, ...]  # bandwidths that were tried, ascending, Hz
+    # settled rms error at each, and after the step of the load, medians over the seeds, rad/s; infinite where the loop
+    # fails
     errors: tuple[float, ...]
     loaded: tuple[float, ...]
-    costs: tuple[float, ...]
+    costs: tuple[float, ...]  # the larger of the two, over PI's at its best bandwidth; of PI itself over its least
 
     @property
     def pairs(self) -> list[Errors]:
@@ -86,23 +77,9 @@ class OwnBandwidth(NamedTuple):
 def own_bandwidth(
     bandwidths: Sequence[float], found: NDArray[np.float64], base: OwnBandwidth | None, allowed: Sequence[bool]
 ) -> OwnBandwidth:
-    """Return what suits a controller.
+    """Return what suits a controller, from its errors, settled and loaded, of shape (bandwidths, seeds, 2).
 
-    Parameters
-    ----------
-    bandwidths : sequence of float
-        Bandwidths that were tried, Hz.
-    found : ndarray, shape (bandwidths, seeds, 2)
-        Its errors, settled and loaded.
-    base : OwnBandwidth or None
-        That of PI; None where it is PI itself.
-    allowed : sequence of bool
-        Whether a bandwidth may be chosen.
-
-    Raises
-    ------
-    ArithmeticError
-        The loop fails at every bandwidth.
+    They are weighed against those of PI at its best (``base``; None for PI itself); only allowed bandwidths are chosen.
     """
     medians = np.median(found, axis=1).T
     if not np.isfinite(medians[0][np.array(allowed)]).any():
@@ -135,14 +112,7 @@ def loaded(scenario: Scenario) -> Scenario:
 def errors_of(scenario: Scenario, maker: Maker, setup: RunSetup | None = None) -> Errors:
     """Return the errors of a controller in the loop of a scenario before and after its last change.
 
-    Parameters
-    ----------
-    scenario : Scenario
-        The scenario, of which :func:`loaded` has made one with a step of the load.
-    maker : callable
-        Makes the controller for a scenario.
-    setup : RunSetup, optional
-        Run set-up of the same scenario, perhaps with another bandwidth; it is built here where it is not given.
+    The scenario is one that :func:`loaded` has made. A set-up may be given that differs from its own in the bandwidth.
     """
     squares = _squares(scenario, maker, setup)
     period, changes = scenario.joint.solver_period, [0.0, *(change.time for change in scenario.change)]
@@ -153,10 +123,7 @@ def errors_of(scenario: Scenario, maker: Maker, setup: RunSetup | None = None) -
 
 
 def settled_error(scenario: Scenario, maker: Maker, setup: RunSetup | None = None) -> float:
-    """Return the settled rms error (rad/s) of a controller in the loop of a scenario, infinite where it fails.
-
-    Arguments are those of :func:`errors_of`, but that the scenario needs no step of the load.
-    """
+    """Return the settled rms error (rad/s) of a controller in the loop of a scenario, infinite where it fails."""
     period, squares = scenario.joint.solver_period, _squares(scenario, maker, setup)
     return tracking_errors(squares, period, changes=[change.time for change in scenario.change]).settled
 
@@ -168,7 +135,7 @@ def _squares(scenario: Scenario, maker: Maker, setup: RunSetup | None) -> NDArra
         built = build_setup(scenario) if setup is None else setup
         built = built._replace(outer=scenario.position_loop or NO_POSITION_LOOP)  # its gain may follow the bandwidth
         with np.errstate(over="ignore", invalid="ignore"):
-            record, _, _ = drive_over(controller, built)
+            record, _ = drive_over(controller, built)
             squares: NDArray[np.float64] = np.square(built.reference - record.velocity)
     except (ArithmeticError, ValueError):
         return np.full(scenario.times().size, np.inf)
@@ -187,28 +154,9 @@ def find_own_bandwidth(
     seeds: Sequence[int] = TUNING_SEEDS,
     progress: Callable[[float], None] | None = None,
 ) -> OwnBandwidth:
-    """Find the bandwidth at which a controller does best.
+    """Find the bandwidth at which a controller does best, on some seeds of noise and reference.
 
-    Parameters
-    ----------
-    scenario : Scenario
-        The scenario; its own bandwidth or gains and its seed play no part.
-    maker : callable
-        Makes the controller for a scenario.
-    seeds : sequence of int, optional
-        Seeds of noise and reference on which it is chosen.
-    progress : callable, optional
-        Is called with the fraction done, from 0 to 1.
-
-    Returns
-    -------
-    OwnBandwidth
-        The errors over the bandwidths.
-
-    Raises
-    ------
-    ArithmeticError
-        The loop fails at every bandwidth.
+    The scenario's own bandwidth or gains and its seed play no part; ``ArithmeticError`` where every loop fails.
     """
     text = scenario.modified(seed=0).model_dump_json(exclude_unset=True)
     tried, found = tried_bandwidths(scenario), _errors(text, maker, tuple(seeds), progress)

@@ -23,17 +23,7 @@ WRITTEN = pytest.StashKey[list[str]]()
 
 
 class TrackingBaseline:
-    """The stored baseline of one test.
-
-    Parameters
-    ----------
-    path : Path
-        Where it is stored.
-    update : bool
-        Whether to store what is checked instead of comparing it.
-    written : list of str
-        Gets the paths of the files that are stored.
-    """
+    """The stored baseline of one test: compared with, or on update stored, its path then added to those written."""
 
     def __init__(self, path: Path, update: bool, written: list[str]) -> None:
         self.path = path

@@ -41,16 +41,9 @@ def frictionless(scenario: Scenario) -> Scenario:
 
 
 def noise_floor(scenario: Scenario, setup: RunSetup | None = None, *, noisy: bool = True) -> Run:
-    """Run the loop of a scenario on a joint without friction.
+    """Run the loop of a scenario on a joint without friction, with the noise and the reference of its set-up.
 
-    Parameters
-    ----------
-    scenario : Scenario
-        The scenario.
-    setup : RunSetup, optional
-        Run set-up of the scenario, whose noise and reference are taken; by default the scenario's own.
-    noisy : bool, optional
-        Whether the sensor has its noise and its encoder steps.
+    Without noise the sensor has neither noise nor the steps of its encoder.
     """
     plain = frictionless(scenario)
     built = build_setup(plain)

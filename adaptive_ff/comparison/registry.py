@@ -228,14 +228,7 @@ def make_lugre_gradient(scenario: Scenario, rate: float = 0.8, way: float = 0.3,
 def make_friction_observer(scenario: Scenario, stretch: float = 1.0, multiple: float = 0.2) -> FrictionObserver:
     """Make a feed-forward friction observer from nominal parameters.
 
-    Parameters
-    ----------
-    scenario : Scenario
-        The scenario.
-    stretch : float, optional
-        Presliding displacement that is assumed, over the nominal one.
-    multiple : float, optional
-        Bandwidth of the observer over the balance.
+    ``stretch`` is the assumed presliding displacement over the nominal one.
     """
     model, presliding = _nominal(scenario), stretch * nominal_presliding(scenario)
     gains = _kalman_gains(scenario, model.inertia, multiple)
@@ -245,18 +238,9 @@ def make_friction_observer(scenario: Scenario, stretch: float = 1.0, multiple: f
 def make_lee_tomizuka(
     scenario: Scenario, form: str = "coulomb", multiple: float = 6.0, integrates: bool = False
 ) -> LeeTomizuka:
-    """Make Lee and Tomizuka's controller from nominal parameters.
+    """Make Lee and Tomizuka's controller from nominal parameters, of form ``coulomb`` or ``stribeck``.
 
-    Parameters
-    ----------
-    scenario : Scenario
-        The scenario.
-    form : "coulomb" or "stribeck", optional
-        Curve of the friction compensation.
-    multiple : float, optional
-        Bandwidth of the observer over the balance.
-    integrates : bool, optional
-        Whether the integral of the PI loop stands beside the observer.
+    Whether it integrates says whether the integral of the PI loop stands beside the observer.
     """
     gains = scenario.feedback.gains if integrates else (scenario.feedback.gains[0], 0.0)
     # behind a position loop, which it was made for, the bound on the margin makes it worse
@@ -312,23 +296,9 @@ CONTROLLERS: dict[str, Maker] = {
 
 
 def loop_of(scenario: Scenario, name: str, own: Mapping[str, Own] | None = None) -> Scenario:
-    """Return the scenario that a controller is made for: with its own best bandwidth where the file says ``auto``.
+    """Return a scenario in whose loop a controller runs: with the bandwidth that suits it, for ``auto``.
 
-    Own controllers are given the bandwidth that suits ``pi``: they may be objects that cannot be made anew.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        The scenario.
-    name : str
-        Name of the controller.
-    own : mapping, optional
-        Further controllers by name.
-
-    Raises
-    ------
-    InputError
-        There is no controller of that name; the message lists those there are.
+    An own controller (of ``own``, by name) has that of PI.
     """
     own = own or {}
     if name in own:
@@ -351,22 +321,7 @@ def make_for_machine(scenario: Scenario, name: str) -> Any:
 
 
 def make_controller(scenario: Scenario, name: str, own: Mapping[str, Own] | None = None) -> Any:
-    """Make a controller for a scenario.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        The scenario.
-    name : str
-        Name of the controller.
-    own : mapping, optional
-        Further controllers by name; see :func:`~adaptive_ff.comparison.own.make_own`.
-
-    Raises
-    ------
-    InputError
-        There is no controller of that name; the message lists those there are.
-    """
+    """Make a controller for a scenario by its name, an own one by :func:`~adaptive_ff.comparison.own.make_own`."""
     loop = loop_of(scenario, name, own)
     if own and name in own:
         return make_own(name, own[name], loop)

@@ -13,14 +13,13 @@ import numpy as np
 from adaptive_ff.adaptive.controller import AdaptiveController
 from adaptive_ff.adaptive.extensions.over_position import LearntMap
 from adaptive_ff.comparison.registry import loop_of, make_controller
-from adaptive_ff.comparison.running import check_progress, drive_over
-from adaptive_ff.comparison.thinning import Thinned, drive_thinned
+from adaptive_ff.comparison.running import Driven, check_progress, drive_and_evaluate
 from adaptive_ff.errors import InputError, check_kind
 from adaptive_ff.reported import Reported
 from adaptive_ff.scenario.given import check_scenario
 from adaptive_ff.scenario.scenario import Scenario
-from adaptive_ff.simulation.experiment import Record, RunSetup, build_setup
-from adaptive_ff.simulation.metrics import Metrics, PositionMetrics, evaluate, evaluate_position
+from adaptive_ff.simulation.experiment import RunSetup, build_setup
+from adaptive_ff.simulation.metrics import Metrics, PositionMetrics
 from controllers import Controller
 from controllers.arrays import NDArray
 from controllers.checks import checked_switch
@@ -210,31 +209,25 @@ def simulate(
         )
     setup = build_setup(scenario) if setup is None else setup
     marks: list[tuple[int, dict[str, float]]] = []
-    notes: dict[str, Any] = {}
-    if noted and isinstance(controller, Controller) and hasattr(controller, "uncertainties"):
+    noting = noted and isinstance(controller, Controller) and hasattr(controller, "uncertainties")
+
+    def reports(stop: int, count: int) -> None:
+        if noting:
+            marks.append((stop - 1, controller.uncertainties))
+        if progress is not None:
+            progress(stop / count)
+
+    if noting:
         marks.append((0, controller.uncertainties))
-        notes = {"note": lambda sample: marks.append((sample, controller.uncertainties)), "parts": MARKS}
-    label = name or type(controller).__name__
     if thin is None:
-        thin = math.ceil((setup.reference.size - 1) / MOST_STEPS)
-    if thin > 1:
-        thinned, *found = drive_thinned(controller, setup, thin, scenario.last_change, progress, **notes)
-        run = _thinned(label, scenario, setup, thinned, thin, *found)
-    else:
-        record, *found = drive_over(controller, setup, progress, **notes)
-        run = _finished(label, scenario, setup, record, *found)
-    if isinstance(controller, AdaptiveController):
-        run = replace(run, friction_map=controller.learnt_map)
-    return _with_marks(run, setup, marks)
-
-
-def _with_marks(run: Run, setup: RunSetup, marks: list[tuple[int, dict[str, float]]]) -> Run:
-    """Return a run with what was noted of the uncertainty of its estimates at some samples."""
-    if not marks:
-        return run
-    uncertainties = {key: np.array([known[key] for _, known in marks]) for key in marks[0][1]}
-    times = _times(setup, [sample for sample, _ in marks])
-    return replace(run, uncertainties=uncertainties, uncertainty_time=times)
+        thin = max(1, math.ceil((setup.reference.size - 1) / MOST_STEPS))
+    driven = drive_and_evaluate(controller, setup, thin, scenario.last_change, reports, MARKS if noting else 1)
+    run = _run(name or type(controller).__name__, scenario, setup, thin, driven)
+    if marks:
+        uncertainties = {key: np.array([known[key] for _, known in marks]) for key in marks[0][1]}
+        times = _times(setup, [sample for sample, _ in marks])
+        run = replace(run, uncertainties=uncertainties, uncertainty_time=times)
+    return replace(run, friction_map=controller.learnt_map) if isinstance(controller, AdaptiveController) else run
 
 
 def _times(setup: RunSetup, samples: Any) -> NDArray[np.float64]:
@@ -242,74 +235,28 @@ def _times(setup: RunSetup, samples: Any) -> NDArray[np.float64]:
     return np.asarray(setup.samples[samples] * setup.solver_period, dtype=np.float64)
 
 
-def _check_finite(name: str, metrics: Metrics) -> None:
+def _run(name: str, scenario: Scenario, setup: RunSetup, thin: int, driven: Driven) -> Run:
+    """Return a run with its series and figures; ``ArithmeticError`` where it did not stay finite."""
+    record, figures, drive, time = driven.record, driven.metrics, driven.drive, _times(setup, driven.samples)
+    metrics = figures.metrics
     if not all(np.isfinite(list(vars(metrics).values()))):
         raise ArithmeticError(f"the run of {name} did not stay finite: {metrics}")
-
-
-def _thinned(
-    name: str,
-    scenario: Scenario,
-    setup: RunSetup,
-    thinned: Thinned,
-    thin: int,
-    names: tuple[str, ...],
-    watched: tuple[str, ...],
-) -> Run:
-    figures, position = thinned.metrics, thinned.record.position
-    _check_finite(name, figures.metrics)
-    time = _times(setup, thinned.samples)
-    grid, reference = (time, time), setup.reference[setup.samples[thinned.samples]]
-    run = _recorded(name, scenario, grid, reference, thinned.record, figures.metrics, names, watched)
-    if scenario.position is None:
-        return replace(run, thin=thin)
-    return replace(run, thin=thin, position_error=position, position_metrics=figures.position_metrics)
-
-
-def _finished(
-    name: str,
-    scenario: Scenario,
-    setup: RunSetup,
-    record: Record,
-    names: tuple[str, ...],
-    watched: tuple[str, ...],
-) -> Run:
-    time = scenario.times()
-    with np.errstate(over="ignore", invalid="ignore"):
-        metrics = evaluate(time, setup.reference, record.velocity, record.torque, scenario.last_change)
-    _check_finite(name, metrics)
-    grid = _times(setup, slice(-1)), time
-    run = _recorded(name, scenario, grid, setup.reference, record, metrics, names, watched)
-    if scenario.position is None:
-        return run
-    with np.errstate(over="ignore", invalid="ignore"):
-        error = setup.planned - record.position
-        found = evaluate_position(time, error, scenario.last_change)
-    return replace(run, position_error=error, position_metrics=found)
-
-
-def _recorded(
-    name: str,
-    scenario: Scenario,
-    grid: tuple[NDArray[np.float64], NDArray[np.float64]],
-    reference: NDArray[np.float64],
-    record: Record,
-    metrics: Metrics,
-    names: tuple[str, ...],
-    watched: tuple[str, ...],
-) -> Run:
-    """Return the run of a record without its position; the grid holds the times of samples and solver, s."""
+    cascaded = scenario.position is not None
     return Run(
         name,
         scenario,
-        *grid,
-        reference,
+        time,
+        scenario.times() if thin == 1 else time,
+        setup.reference if thin == 1 else setup.reference[setup.samples[driven.samples]],
         record.velocity,
         record.measured,
         record.torque,
         record.feedforward,
         record.friction,
-        {key: record.estimates[:, i] for i, key in enumerate(names)},
+        {key: record.estimates[:, i] for i, key in enumerate(drive.names)},
         metrics,
-        monitors={key: record.monitors[:, i] for i, key in enumerate(watched)},
+        position_error=record.position if cascaded else None,
+        position_metrics=figures.position_metrics if cascaded else None,
+        monitors={key: record.monitors[:, i] for i, key in enumerate(drive.watched)},
+        thin=thin,
     )

@@ -1,15 +1,23 @@
-"""A controller of any kind driven over a setup: compiled where it has kernels, else in plain Python."""
+"""A controller of any kind driven over a setup: compiled where it has kernels, else in plain Python.
+
+Where few samples of a long run are kept, it is driven in parts, so that the memory for its series does not grow.
+"""
 
 import copy
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
-from typing import Any
+from typing import Any, NamedTuple
+
+import numpy as np
 
 from adaptive_ff.comparison.own import own_controller, step_own, write_own_estimates
-from adaptive_ff.simulation.experiment import Record, RunSetup, empty_record, with_preview
+from adaptive_ff.simulation.experiment import NO_POSITION_LOOP, Record, RunSetup, empty_record, with_preview
 from adaptive_ff.simulation.loop import Position, run_controller, run_in_memory, run_plain, start_position
+from adaptive_ff.simulation.metrics import RunMetrics, first_motion
+from adaptive_ff.simulation.parts import after_part, kept_samples, part_of
 from controllers import CalledBack, Controller
+from controllers.arrays import NDArray
 from controllers.compiled import compiles
 from controllers.interface import feedback_state
 
@@ -17,59 +25,8 @@ PART = 20_000
 """Samples between two reports of progress."""
 
 
-def drive_over(
-    controller: Any,
-    setup: RunSetup,
-    progress: Callable[[float], None] | None = None,
-    *,
-    note: Callable[[int], None] | None = None,
-    parts: int = 1,
-) -> tuple[Record, tuple[str, ...], tuple[str, ...]]:
-    """Run a controller over a setup.
-
-    Parameters
-    ----------
-    controller : Controller or any object with a method ``step``
-        It ends in the state at the end of the run.
-    setup : RunSetup
-        Joint, drive, reference and noise.
-    progress : callable, optional
-        Is called with the fraction done, from 0 to 1.
-    note : callable, optional
-        Is called with the number of the last sample after each part, when the controller is in the state of then.
-    parts : int, optional
-        Least number of parts of the run.
-
-    Returns
-    -------
-    record : Record
-        The series.
-    names, watched : tuple of str
-        Names of the estimates and of the monitors in it.
-    """
-    drive = Drive(controller)
-    setup = drive.previewed(setup)
-    record = empty_record(setup, len(drive.names), len(drive.watched))
-    position, count = start_position(setup), setup.noise.size
-    for stop in ends_of_parts(count, parts):
-        position = drive.advance(setup, position, stop, record)
-        report(stop, count, progress, note)
-    return record, drive.names, drive.watched
-
-
 class Drive:
-    """A controller on its way through a setup.
-
-    Parameters
-    ----------
-    controller : Controller or any object with a method ``step``
-        It is in the state of the last sample that was advanced to.
-
-    Attributes
-    ----------
-    names, watched : tuple of str
-        Names of the controller's estimates and of its monitors.
-    """
+    """A controller on its way through a setup, in the state of the last sample; names of its estimates and monitors."""
 
     def __init__(self, controller: Any) -> None:
         self.registered = isinstance(controller, Controller)
@@ -80,6 +37,10 @@ class Drive:
             self._called = CalledBack(partial(step_own, self.controller), writes)
         self.names: tuple[str, ...] = self.controller.estimate_names
         self.watched: tuple[str, ...] = controller.monitor_names if self.registered else ()
+
+    def empty_record(self, setup: RunSetup) -> Record:
+        """Return the series of a run over a setup, to be filled in."""
+        return empty_record(setup, len(self.names), len(self.watched))
 
     def previewed(self, setup: RunSetup) -> RunSetup:
         """Return a setup with the plan for when torques act by the delay that the controller reckons with."""
@@ -98,14 +59,97 @@ class Drive:
         return position
 
 
+class Driven(NamedTuple):
+    """A run of which all or few samples are kept."""
+
+    samples: NDArray[np.int64]  # which
+    record: Record  # series at these samples; in place of the position its error
+    metrics: RunMetrics  # figures of merit of the whole run
+    drive: Drive  # what drove it
+
+
+def drive_over(
+    controller: Any, setup: RunSetup, reports: Callable[[int, int], None] | None = None, parts: int = 1
+) -> tuple[Record, Drive]:
+    """Run a controller over a setup; return the series and what drove it; it ends in the state at the end.
+
+    After each part, of which there are ``parts`` at least, ``reports`` is called with the samples done and those of the
+    whole run.
+    """
+    drive = Drive(controller)
+    setup = drive.previewed(setup)
+    record, position = drive.empty_record(setup), start_position(setup)
+    for stop in ends_of_parts(setup.noise.size, parts, reports):
+        position = drive.advance(setup, position, stop, record)
+    return record, drive
+
+
+def drive_and_evaluate(
+    controller: Any,
+    setup: RunSetup,
+    thin: int,
+    last_change: float,
+    reports: Callable[[int, int], None] | None = None,
+    parts: int = 1,
+) -> Driven:
+    """Run a controller as :func:`drive_over` does, keep one of ``thin`` samples, and the last, and evaluate all.
+
+    Where all are kept, velocity and position error are on the solver's grid. The last change of the joint is at a time
+    in s, zero without one.
+    """
+    metrics = RunMetrics(setup.reference.size, setup.solver_period, first_motion(setup.reference), last_change)
+    count = setup.noise.size
+    if thin == 1:
+        record, drive = drive_over(controller, setup, reports, parts)
+        with np.errstate(over="ignore", invalid="ignore"):
+            _count(metrics, setup, record, 0, True)
+            if setup.outer != NO_POSITION_LOOP:
+                record = record._replace(position=setup.planned - record.position)
+        return Driven(np.arange(count), record, metrics, drive)
+    drive = Drive(controller)
+    setup = drive.previewed(setup)
+    position, given = start_position(setup), np.zeros(0)
+    kept: list[Record] = []
+    for stop in ends_of_parts(count, parts, reports):
+        start = position.sample
+        window, position, first = part_of(setup, position, stop)
+        record = drive.empty_record(window)
+        record.given[: start - first] = given[given.size - (start - first) :]
+        position = drive.advance(window, position, stop - first, record)
+        position, given = after_part(position, first), record.given
+        with np.errstate(over="ignore", invalid="ignore"):
+            _count(metrics, window, record, start - first, stop == count)
+        samples = kept_samples(start, stop, count, thin)
+        if samples.size:
+            kept.append(_at_samples(record, window, samples - first))
+    series = Record(*(np.concatenate(parts) for parts in zip(*kept, strict=True)))
+    return Driven(kept_samples(0, count, count, thin), series, metrics, drive)
+
+
+def _count(metrics: RunMetrics, setup: RunSetup, record: Record, start: int, ends: bool) -> None:
+    """Add what a part of a run holds from a sample on; the end of a part is the begin of the next one."""
+    begin = int(setup.samples[start])
+    stop = None if ends else -1
+    error = setup.reference[begin:stop] - record.velocity[begin:stop]
+    metrics.add(setup.begin + begin, error, record.torque[start:])
+    if setup.outer != NO_POSITION_LOOP:
+        metrics.add_position(setup.begin + begin, setup.planned[begin:stop] - record.position[begin:stop])
+
+
+def _at_samples(record: Record, setup: RunSetup, samples: NDArray[np.int64]) -> Record:
+    """Return the series at some samples, those of the solver's grid too; the position as its error."""
+    steps = setup.samples[samples]
+    others = {name: getattr(record, name)[samples] for name in Record._fields[2:]}
+    return Record(record.velocity[steps], setup.planned[steps] - record.position[steps], **others)
+
+
 def compile_together(controllers: Iterable[Any], setup: RunSetup) -> None:
     """Compile what the runs of controllers over a setup need, on all processors at once: runs of no sample do it."""
 
     def begin(controller: Any) -> None:
         drive = Drive(copy.deepcopy(controller))
         built = drive.previewed(setup)
-        record = empty_record(built, len(drive.names), len(drive.watched))
-        drive.advance(built, start_position(built), 0, record)
+        drive.advance(built, start_position(built), 0, drive.empty_record(built))
 
     if compiles():
         own = [each for each in controllers if isinstance(each, Controller)]
@@ -113,22 +157,17 @@ def compile_together(controllers: Iterable[Any], setup: RunSetup) -> None:
             list(pool.map(begin, own))
 
 
-def ends_of_parts(count: int, parts: int) -> Iterator[int]:
-    """Yield the sample at which each part of a run ends."""
+def ends_of_parts(count: int, parts: int, reports: Callable[[int, int], None] | None) -> Iterator[int]:
+    """Yield the sample at which each part of a run ends; report it when it has ended."""
     part = min(PART, max(1, count // parts))
     for start in range(0, count, part):
-        yield min(start + part, count)
+        stop = min(start + part, count)
+        yield stop
+        if reports is not None:
+            reports(stop, count)
 
 
 def check_progress(progress: Any) -> None:
     """Raise a TypeError for what cannot be called with the fraction done, and is not None."""
     if progress is not None and not callable(progress):
         raise TypeError(f"progress = {progress!r} is not allowed: it must be a function")
-
-
-def report(stop: int, count: int, progress: Callable[[float], None] | None, note: Callable[[int], None] | None) -> None:
-    """Say that a part has ended, to those who want to know."""
-    if note is not None:
-        note(stop - 1)
-    if progress is not None:
-        progress(stop / count)

@@ -33,35 +33,17 @@ LONGEST = 60.0
 
 @dataclass(frozen=True)
 class Verdict:
-    """What a comparison comes to.
+    """What a comparison comes to."""
 
-    Attributes
-    ----------
-    best : str
-        The controller with the least settled error that does not know the truth.
-    over_pi : float or None
-        Settled error of PI over its; None without PI.
-    over_oracle : float or None
-        That of the oracle over its; None without.
-    torque_variation : float or None
-        Its torque variation over that of PI.
-    worth : bool
-        Whether it improves on PI by more than 5 %.
-    limit : str or None
-        What most of the error is due to: ``saturation``, ``noise``, ``delay``, ``bandwidth`` or ``friction``.
-    parts : dict of float
-        Root mean square of the settled error due to ``loop``, ``noise`` and ``friction``, rad/s.
-    given, identified : tuple of str
-        Parameters of the best that stay as they were given, or assumed, and those that the motion has shown.
-    """
-
-    best: str
-    over_pi: float | None
-    over_oracle: float | None
-    torque_variation: float | None
-    worth: bool
+    best: str  # the controller with the least settled error that does not know the truth
+    over_pi: float | None  # settled error of PI over its; None without PI
+    over_oracle: float | None  # that of the oracle over its; None without
+    torque_variation: float | None  # its torque variation over that of PI
+    worth: bool  # whether it improves on PI by more than 5 %
+    # what most of the error is due to: ``saturation``, ``noise``, ``delay``, ``bandwidth`` or ``friction``
     limit: str | None
-    parts: dict[str, float]
+    parts: dict[str, float]  # root mean square of the settled error due to ``loop``, ``noise`` and ``friction``, rad/s
+    # parameters of the best that stay as they were given, or assumed, and those that the motion has shown
     given: tuple[str, ...]
     identified: tuple[str, ...]
 

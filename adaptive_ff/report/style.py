@@ -53,27 +53,15 @@ UNBOUNDED = "adaptive_paper"
 
 @dataclass
 class Panel:
-    """A panel of a picture.
+    """A panel of a picture."""
 
-    Attributes
-    ----------
-    label : str
-        What stands above it: quantity and unit.
-    curves : sequence of (x, y, look)
-        What is drawn.
-    lines : sequence of (y, look), optional
-        Horizontal lines.
-    span, limits : pair of float, optional
-        Limits of the horizontal and the vertical axis.
-    cap : float, optional
-        What the vertical limits, fitted to the curves, do not exceed; curves that leave them are named.
-    """
-
-    label: str
-    curves: Sequence[tuple[Series, Series, Look]]
-    lines: Sequence[tuple[float, Look]] = ()
+    label: str  # what stands above it: quantity and unit
+    curves: Sequence[tuple[Series, Series, Look]]  # what is drawn
+    lines: Sequence[tuple[float, Look]] = ()  # horizontal lines
+    # limits of the horizontal and the vertical axis
     span: tuple[float, float] | None = None
     limits: tuple[float, float] | None = None
+    # what the vertical limits, fitted to the curves, do not exceed; curves that leave them are named
     cap: float | None = None
 
 

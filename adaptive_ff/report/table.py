@@ -64,30 +64,14 @@ def shown(value: float, digits: int = 3) -> str:
 
 @dataclass(frozen=True)
 class Table:
-    """A table as it is shown.
+    """A table as it is shown."""
 
-    Attributes
-    ----------
-    title : str
-        Heading.
-    heads : tuple of str
-        Headings of the columns.
-    units : tuple of str
-        Their units with prefixes; empty without.
-    numbers : tuple of bool
-        Which columns hold numbers.
-    rows : list of tuple of str
-        Cells; a row of one cell is the heading of those below.
-    styles : mapping of str to str
-        How rows stand out, by their first cell, as rich names it.
-    """
-
-    title: str
-    heads: tuple[str, ...]
-    units: tuple[str, ...]
-    numbers: tuple[bool, ...]
-    rows: list[tuple[str, ...]]
-    styles: Mapping[str, str] = field(default_factory=dict)
+    title: str  # heading
+    heads: tuple[str, ...]  # headings of the columns
+    units: tuple[str, ...]  # their units with prefixes; empty without
+    numbers: tuple[bool, ...]  # which columns hold numbers
+    rows: list[tuple[str, ...]]  # cells; a row of one cell is the heading of those below
+    styles: Mapping[str, str] = field(default_factory=dict)  # how rows stand out, by their first cell, as rich names it
 
     def column(self, head: str) -> list[str]:
         """Return the cells of a column."""

@@ -48,42 +48,23 @@ STEP = 2.0**0.5
 
 
 class LoopAtBandwidth(NamedTuple):
-    """A PI loop of a scenario.
+    """A PI loop of a scenario."""
 
-    Attributes
-    ----------
-    bandwidth : float
-        Bandwidth that the gains are made for, Hz.
-    proportional, integral : float
-        Gains, N m s/rad and N m/rad.
-    maximum_sensitivity, gain_margin, phase_margin : float
-        Margins without friction, with delay and velocity filter; the last in degrees.
-    hunts : bool
-        Whether the loop is unstable where friction of the scenario's joint falls most steeply.
-    noise_torque : float
-        Torque that the noise of the measured velocity makes, N m rms.
-    noise_velocity : float
-        Velocity that this torque makes, rad/s rms: the error of the loop without friction.
-    friction_velocity : float
-        Velocity that Coulomb friction makes where it turns once a second, rad/s rms, without feedforward.
-    angle_lost : float
-        Angle that the joint gives way for each N m of a load, ``1/Ki``, rad/(N m).
-    peak_speed : float
-        Largest speed after a step of the load of :func:`load_step`, rad/s.
-    """
-
-    bandwidth: float
+    bandwidth: float  # bandwidth that the gains are made for, Hz
+    # gains, N m s/rad and N m/rad
     proportional: float
     integral: float
+    # margins without friction, with delay and velocity filter; the last in degrees
     maximum_sensitivity: float
     gain_margin: float
     phase_margin: float
-    hunts: bool
-    noise_torque: float
-    noise_velocity: float
+    hunts: bool  # whether the loop is unstable where friction of the scenario's joint falls most steeply
+    noise_torque: float  # torque that the noise of the measured velocity makes, N m rms
+    noise_velocity: float  # velocity that this torque makes, rad/s rms: the error of the loop without friction
+    # velocity that Coulomb friction makes where it turns once a second, rad/s rms, without feedforward
     friction_velocity: float
-    angle_lost: float
-    peak_speed: float
+    angle_lost: float  # angle that the joint gives way for each N m of a load, ``1/Ki``, rad/(N m)
+    peak_speed: float  # largest speed after a step of the load of :func:`load_step`, rad/s
 
 
 def sampled(scenario: "Scenario") -> dict[str, Any]:

@@ -48,21 +48,12 @@ UNITS = {
 
 
 class Encoder(NamedTuple):
-    """An encoder in the place of a sensor of velocity.
+    """An encoder in the place of a sensor of velocity."""
 
-    Attributes
-    ----------
-    counts : float
-        Counts in a turn, edges included; of a linear axis's own scale in a metre.
-    cutoff : float or None
-        Corner of the low-pass of the velocity, Hz; by default the one that suits noise and friction.
-    at_motor : bool
-        Whether it is on the motor, before the gear.
-    """
-
-    counts: float
+    counts: float  # counts in a turn, edges included; of a linear axis's own scale in a metre
+    # corner of the low-pass of the velocity, Hz; by default the one that suits noise and friction
     cutoff: float | None = None
-    at_motor: bool = False
+    at_motor: bool = False  # whether it is on the motor, before the gear
 
     def resolution(self, gear_ratio: float | None, linear: bool) -> float:
         """Return its step at the joint, rad or m; the ratio is in turns, of a linear axis in rad of the motor a m."""

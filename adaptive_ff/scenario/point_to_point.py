@@ -16,19 +16,11 @@ class Move(NamedTuple):
 
     The averages limit the acceleration to ``speed/ramp`` and the jerk to ``speed/(ramp rounding)``, as long as the
     rectangle is not shorter than both together.
-
-    Attributes
-    ----------
-    distance : float
-        Distance, rad, with its sign.
-    length : float
-        Length of the rectangle, s.
-    ramp, rounding : float
-        Lengths of the moving averages, s; the second is zero for a trapezoid.
     """
 
-    distance: float
-    length: float
+    distance: float  # distance, rad, with its sign
+    length: float  # length of the rectangle, s
+    # lengths of the moving averages, s; the second is zero for a trapezoid
     ramp: float
     rounding: float
 

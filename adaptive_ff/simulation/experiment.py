@@ -29,106 +29,47 @@ NO_POSITION_LOOP = PositionLoopParameters(0.0, math.inf)
 
 
 class RunSetup(NamedTuple):
-    """Everything of a run that does not depend on the controller, computed before it starts.
+    """Everything of a run that does not depend on the controller, computed before it starts."""
 
-    Attributes
-    ----------
-    joint : NamedTuple
-        Parameters of the joint, of a class in ``plant.STEP_JOINT``, before it changes.
-    plan : FrictionSchedule
-        How it changes.
-    actuator : ActuatorParameters
-        The drive.
-    delay : int
-        Solver steps between a sample and the moment from which its command acts.
-    resolution : float
-        Step of the encoder, rad; zero where the velocity is measured.
-    angle_ripple : AngleRipple
-        By how much the measured angle is off, in the velocity and in the position.
-    observer : NamedTuple
-        What makes a velocity of the measurement, of a class in ``controllers.VELOCITY_ESTIMATORS``.
-    solver_period : float
-        Solver period, s.
-    samples : ndarray of int64, shape (n + 1,)
-        Solver step of each sample, and of the end.
-    reference : ndarray, shape (steps + 1,)
-        Reference velocity on the solver's grid, rad/s.
-    noise : ndarray, shape (n,)
-        Noise of the measured velocity, rad/s; not a number where the measurement is lost.
-    held : ndarray of bool, shape (n,)
-        Where the sensor gives its last value once more.
-    gravity : Gravity
-        Weight on the joint.
-    outer : PositionLoopParameters
-        The position loop; its gain is zero where there is none.
-    position_step : float
-        Step of the measured position, rad.
-    planned : ndarray, shape (steps + 1,)
-        Planned position on the solver's grid, rad: the integral of the reference; zero without a position loop.
-    begin : int
-        Solver step, of the whole run, at which this part of it begins; zero but for a part.
-    acting : ndarray, shape (n + 1,)
-        Reference when the command of each sample, and of the one behind the last, begins to act, as the controller
-        reckons it, rad/s; not a number beyond the end. See :func:`with_preview`.
-    lead : int
-        Solver steps after which it does.
-    """
-
-    joint: Any
-    plan: FrictionSchedule
-    actuator: ActuatorParameters
-    delay: int
-    resolution: float
-    angle_ripple: AngleRipple
-    observer: Any
-    solver_period: float
-    samples: NDArray[np.int64]
-    reference: NDArray[np.float64]
+    joint: Any  # parameters of the joint, of a class in ``plant.STEP_JOINT``, before it changes
+    plan: FrictionSchedule  # how it changes
+    actuator: ActuatorParameters  # the drive
+    delay: int  # solver steps between a sample and the moment from which its command acts
+    resolution: float  # step of the encoder, rad; zero where the velocity is measured
+    angle_ripple: AngleRipple  # by how much the measured angle is off, in the velocity and in the position
+    observer: Any  # what makes a velocity of the measurement, of a class in ``controllers.VELOCITY_ESTIMATORS``
+    solver_period: float  # solver period, s
+    samples: NDArray[np.int64]  # shape (n + 1,); solver step of each sample, and of the end
+    reference: NDArray[np.float64]  # shape (steps + 1,); reference velocity on the solver's grid, rad/s
+    # shape (n,); noise of the measured velocity, rad/s; not a number where the measurement is lost
     noise: NDArray[np.float64]
-    held: NDArray[np.bool_]
-    gravity: Gravity
-    outer: PositionLoopParameters
-    position_step: float
+    held: NDArray[np.bool_]  # shape (n,); where the sensor gives its last value once more
+    gravity: Gravity  # weight on the joint
+    outer: PositionLoopParameters  # the position loop; its gain is zero where there is none
+    position_step: float  # step of the measured position, rad
+    # shape (steps + 1,); planned position on the solver's grid, rad: the integral of the reference; zero without a
+    # position loop
     planned: NDArray[np.float64]
-    begin: int
+    begin: int  # solver step, of the whole run, at which this part of it begins; zero but for a part
+    # shape (n + 1,); reference when the command of each sample, and of the one behind the last, begins to act, as the
+    # controller reckons it, rad/s; not a number beyond the end. See :func:`with_preview`.
     acting: NDArray[np.float64]
-    lead: int
+    lead: int  # solver steps after which it does
 
 
 class Record(NamedTuple):
-    """Series that a run fills in.
+    """Series that a run fills in."""
 
-    Attributes
-    ----------
-    velocity : ndarray, shape (steps + 1,)
-        True velocity on the solver's grid, rad/s.
-    position : ndarray, shape (steps + 1,)
-        True position on the solver's grid, rad.
-    friction : ndarray, shape (n,)
-        True friction torque at the samples, N m.
-    measured : ndarray, shape (n,)
-        Measured velocity, rad/s.
-    given : ndarray, shape (n,)
-        Torque that the drive gives for the command of the sample, N m.
-    torque : ndarray, shape (n,)
-        Mean torque that the drive gave over the period that begins with the sample, N m.
-    feedforward : ndarray, shape (n,)
-        Feedforward torque in the command, N m.
-    estimates : ndarray, shape (n, m)
-        Physical estimates of the controller, where it has any.
-    monitors : ndarray, shape (n, k)
-        What the controller watches itself by, where it does.
-    """
-
-    velocity: NDArray[np.float64]
-    position: NDArray[np.float64]
-    friction: NDArray[np.float64]
-    measured: NDArray[np.float64]
-    given: NDArray[np.float64]
+    velocity: NDArray[np.float64]  # shape (steps + 1,); true velocity on the solver's grid, rad/s
+    position: NDArray[np.float64]  # shape (steps + 1,); true position on the solver's grid, rad
+    friction: NDArray[np.float64]  # shape (n,); true friction torque at the samples, N m
+    measured: NDArray[np.float64]  # shape (n,); measured velocity, rad/s
+    given: NDArray[np.float64]  # shape (n,); torque that the drive gives for the command of the sample, N m
+    # shape (n,); mean torque that the drive gave over the period that begins with the sample, N m
     torque: NDArray[np.float64]
-    feedforward: NDArray[np.float64]
-    estimates: NDArray[np.float64]
-    monitors: NDArray[np.float64]
+    feedforward: NDArray[np.float64]  # shape (n,); feedforward torque in the command, N m
+    estimates: NDArray[np.float64]  # shape (n, m); physical estimates of the controller, where it has any
+    monitors: NDArray[np.float64]  # shape (n, k); what the controller watches itself by, where it does
 
 
 def empty_record(setup: RunSetup, estimates: int, monitors: int = 0) -> Record:

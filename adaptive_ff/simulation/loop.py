@@ -105,45 +105,20 @@ NEVER = 2**62
 
 
 class Position(NamedTuple):
-    """Where a run has come to, so that it can go on in parts.
+    """Where a run has come to, so that it can go on in parts."""
 
-    Attributes
-    ----------
-    sample : int
-        Next sample.
-    phase : int
-        Phase of the joint's friction.
-    joint : NamedTuple
-        State of the joint.
-    observer : NamedTuple
-        State of what makes a velocity of the measurement.
-    acting : int
-        Sample whose command acts; -1 before the first.
-    given_torque : float
-        Torque that the drive gives for the last command, N m.
-    realised_torque : float
-        Mean torque that the drive gave over the last period, N m; not a number before the first.
-    current_torque : float
-        Torque that the drive's current makes, N m.
-    outer : PositionLoopState
-        State of the position loop.
-    warmth : float
-        Temperature of the joint above that of its surroundings, K; zero where friction does not depend on it.
-    reading : float
-        Last reading of the sensor, rad/s, or of the encoder, rad.
-    """
-
-    sample: int
-    phase: int
-    joint: Any
-    observer: Any
-    acting: int
-    given_torque: float
-    realised_torque: float
-    current_torque: float
-    outer: PositionLoopState
+    sample: int  # next sample
+    phase: int  # phase of the joint's friction
+    joint: Any  # state of the joint
+    observer: Any  # state of what makes a velocity of the measurement
+    acting: int  # sample whose command acts; -1 before the first
+    given_torque: float  # torque that the drive gives for the last command, N m
+    realised_torque: float  # mean torque that the drive gave over the last period, N m; not a number before the first
+    current_torque: float  # torque that the drive's current makes, N m
+    outer: PositionLoopState  # state of the position loop
+    # temperature of the joint above that of its surroundings, K; zero where friction does not depend on it
     warmth: float
-    reading: float
+    reading: float  # last reading of the sensor, rad/s, or of the encoder, rad
 
 
 def is_plain(setup: RunSetup) -> bool:

@@ -38,42 +38,26 @@ POSITION_UNITS = {
 
 @dataclass(frozen=True)
 class Metrics:
-    """How well a run tracked. Errors are reference minus true velocity on the solver's grid, rad/s.
+    """How well a run tracked. Errors are reference minus true velocity on the solver's grid, rad/s."""
 
-    Attributes
-    ----------
-    rms_error, max_error : float
-        Over the whole run.
-    rms_error_start : float
-        Over the first 5 s of motion.
-    rms_error_settled, max_error_settled : float
-        Over the last half of the time after the last change of friction, or of the run without one.
-    torque_variation : float
-        Sum of ``|du|`` of the realised torque over the run, N m.
-    """
-
+    # over the whole run
     rms_error: float
     max_error: float
-    rms_error_start: float
+    rms_error_start: float  # over the first 5 s of motion
+    # over the last half of the time after the last change of friction, or of the run without one
     rms_error_settled: float
     max_error_settled: float
-    torque_variation: float
+    torque_variation: float  # sum of ``|du|`` of the realised torque over the run, N m
 
 
 @dataclass(frozen=True)
 class PositionMetrics:
-    """How well a run with a position loop followed its path, as planned minus true position on the solver's grid, rad.
+    """How well a run with a position loop followed its path, planned minus true position on the solver's grid, rad."""
 
-    Attributes
-    ----------
-    rms_position_error, max_position_error : float
-        Over the whole run.
-    rms_position_error_settled, max_position_error_settled : float
-        Over the last half of the time after the last change of the joint, or of the run without one.
-    """
-
+    # over the whole run
     rms_position_error: float
     max_position_error: float
+    # over the last half of the time after the last change of the joint, or of the run without one
     rms_position_error_settled: float
     max_position_error_settled: float
 
@@ -161,13 +145,6 @@ class RunMetrics:
         """Figures of merit of the position."""
         whole, settled = self._position, self._settled_position
         return PositionMetrics(whole.rms, whole.largest, settled.rms, settled.largest)
-
-
-def evaluate_position(time: NDArray[np.float64], error: NDArray[np.float64], last_change: float) -> PositionMetrics:
-    """Evaluate a position error (rad) on the solver's grid of times (s); see :func:`evaluate`."""
-    metrics = RunMetrics(time.size, float(time[1] - time[0]), 0, last_change)
-    metrics.add_position(0, error)
-    return metrics.position_metrics
 
 
 def evaluate(

@@ -31,18 +31,12 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class TrackingErrors:
-    """Root mean square errors in parts of a run, rad/s or rad; infinite where a controller failed.
+    """Root mean square errors in parts of a run, rad/s or rad; infinite where a controller failed."""
 
-    Attributes
-    ----------
-    settled, start : float
-        Settled, and in the first 5 s of motion.
-    windows, after : tuple of float
-        In each window, and in the first 5 s after each change.
-    """
-
+    # settled, and in the first 5 s of motion
     settled: float
     start: float
+    # in each window, and in the first 5 s after each change
     windows: tuple[float, ...]
     after: tuple[float, ...] = ()
 

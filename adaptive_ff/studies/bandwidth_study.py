@@ -45,26 +45,15 @@ UNKNOWN = Errors(math.nan, math.nan)
 
 @dataclass(frozen=True, eq=False, repr=False)
 class BandwidthStudy(Reported):
-    """Errors over the bandwidth.
+    """Errors over the bandwidth."""
 
-    Attributes
-    ----------
-    scenario : Scenario
-        The scenario.
-    loops : list of LoopAtBandwidth
-        The PI loop at each bandwidth that was tried.
-    own : dict of OwnBandwidth
-        Errors of each controller over these bandwidths, on the seeds that the choice is made on.
-    own_errors : dict of Errors
-        Settled and loaded error (rad/s) of each controller at its own best bandwidth, median over the reported seeds.
-    common_errors : dict of Errors
-        The same in the loop that the scenario gives to all; empty where that leaves the bandwidth open.
-    """
-
-    scenario: Scenario
-    loops: list[LoopAtBandwidth]
+    scenario: Scenario  # the scenario
+    loops: list[LoopAtBandwidth]  # the PI loop at each bandwidth that was tried
+    # errors of each controller over these bandwidths, on the seeds that the choice is made on
     own: dict[str, OwnBandwidth]
+    # settled and loaded error (rad/s) of each controller at its own best bandwidth, median over the reported seeds
     own_errors: dict[str, Errors]
+    # the same in the loop that the scenario gives to all; empty where that leaves the bandwidth open
     common_errors: dict[str, Errors]
 
     def front(self) -> set[tuple[str, int]]:
@@ -149,27 +138,10 @@ def study_bandwidths(
     workers: int | None = 1,
     progress: Callable[[float], None] | None = None,
 ) -> BandwidthStudy:
-    """Find the bandwidth that suits each controller.
+    """Find the bandwidth that suits each controller; ``pi`` is always among them.
 
-    Parameters
-    ----------
-    scenario : Scenario
-        The scenario; its bandwidth is what the others are compared with.
-    controllers : sequence of str, optional
-        Names of controllers; ``pi`` is always among them.
-    stiffness : float, optional
-        Least stiffness of a loop that is recommended: load over the angle that is lost, which is ``Ki``, N m/rad.
-    tuning_seeds, reported_seeds : sequence of int, optional
-        Seeds on which bandwidths are chosen and on which errors are reported; they must not overlap.
-    workers : int, optional
-        Number of processes; None for one a core.
-    progress : callable, optional
-        Is called with the fraction done, from 0 to 1.
-
-    Raises
-    ------
-    InputError
-        A controller is not known, seeds overlap, or no sound loop is so stiff.
+    Chosen on some seeds and reported on others, of loops at least so stiff: load over the angle that is lost, ``Ki``, N
+    m/rad.
     """
     for name in controllers:
         if name not in CONTROLLERS:

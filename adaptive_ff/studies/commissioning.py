@@ -34,38 +34,23 @@ REPORTED_SEEDS = tuple(range(1, 6))
 
 @dataclass(frozen=True, eq=False)
 class Recording:
-    """A recorded motion of a simulated joint.
+    """A recorded motion of a simulated joint."""
 
-    Attributes
-    ----------
-    motion : Excitation
-        The motion.
-    columns : dict of ndarray
-        ``time`` (s), ``velocity`` as it is measured (rad/s) and ``torque`` of the drive (N m).
-    """
-
-    motion: Excitation
-    columns: dict[str, Array]
+    motion: Excitation  # the motion
+    columns: dict[str, Array]  # ``time`` (s), ``velocity`` as it is measured (rad/s) and ``torque`` of the drive (N m)
 
 
 @dataclass(frozen=True, eq=False)
 class Gain:
-    """What commissioning gains on a simulated joint: settled rms errors, rad/s, the median over seeds.
+    """What commissioning gains on a simulated joint: settled rms errors, rad/s, the median over seeds."""
 
-    Attributes
-    ----------
-    before, before_bandwidth : float
-        PI loop as it was given, and its bandwidth, Hz.
-    best_pi, best_pi_bandwidth : float
-        PI loop with the bandwidth that suits it.
-    after, after_bandwidth : float
-        Adaptive controller with what was identified, and the bandwidth that was chosen.
-    """
-
+    # PI loop as it was given, and its bandwidth, Hz
     before: float
     before_bandwidth: float
+    # PI loop with the bandwidth that suits it
     best_pi: float
     best_pi_bandwidth: float
+    # adaptive controller with what was identified, and the bandwidth that was chosen
     after: float
     after_bandwidth: float
 
@@ -79,23 +64,7 @@ def record(
     workers: int | None = 1,
     progress: Callable[[float], None] | None = None,
 ) -> Recording:
-    """Find an exciting motion and record it on the simulated joint, under the PI loop.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        The joint, and what is assumed of it.
-    limits : MotionLimits
-        Limits of the motion.
-    period : float, optional
-        Period of the motion, s.
-    periods : int, optional
-        Number of periods to record.
-    workers : int, optional
-        Number of processes that search for the motion; None for one a core.
-    progress : callable, optional
-        Is called with the fraction done.
-    """
+    """Find an exciting motion of a period (s) and record some of them on the simulated joint, under the PI loop."""
     motion = exciting_motion(scenario, limits, period=period, workers=workers, progress=progress)
     plan = with_motion(loop_of(scenario, "pi"), motion.reference.model_dump(), periods * period)
     run = simulate(plan.modified(seed=RECORDED_SEED), "pi")
@@ -106,11 +75,7 @@ def identified_scenario(scenario: Scenario, found: LogIdentification) -> Scenari
     """Return the scenario with the joint that was identified, and with what the controllers now assume of it.
 
     Sensor, drive and reference stay as they are; changes of the joint and what is assumed of its sweep do, too.
-
-    Raises
-    ------
-    InputError
-        The log does not determine a joint that can be simulated.
+    ``InputError`` where the log does not determine a joint that can be simulated.
     """
     joint = tomllib.loads(scenario_text(found, "reference.csv"))["joint"]
     joint["solver_period"] = scenario.joint.solver_period
@@ -140,15 +105,7 @@ def tuned(
 
 
 def gain_on_the_true_joint(scenario: Scenario, result: Scenario, study: BandwidthStudy) -> Gain:
-    """Return what the commissioned controller gains on the simulated joint of the scenario that it began with.
-
-    Parameters
-    ----------
-    scenario, result : Scenario
-        The scenario as it was given, and the one that was made.
-    study : BandwidthStudy
-        The study that found the bandwidths.
-    """
+    """Return what the commissioned controller (result) gains on the joint of the scenario that it began with."""
     given = loop_of(scenario, "pi")
     content = result.model_dump(exclude_unset=True)
     after = Scenario.model_validate({**content, "joint": scenario.joint.model_dump(exclude_unset=True)})

@@ -34,11 +34,6 @@ def draw_scenario(scenario: Scenario, seed: int, draw: int) -> Scenario:
     The PI loop is redesigned for the assumed inertia with the scenario's bandwidth; the torque limit grows with the
     largest torque that the reference needs. A joint that the solver period is too long for gets a shorter one. An
     encoder keeps its resolution, and gets no noise of the velocity beside it.
-
-    Raises
-    ------
-    InputError
-        No solver period is short enough for the joint.
     """
     generator = np.random.default_rng([seed, draw])
     ranges, joint = scenario.sweep, scenario.joint

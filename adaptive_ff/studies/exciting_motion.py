@@ -1,4 +1,14 @@
-"""The exciting motion of a scenario: limits from the drive, several candidates, the best of them in simulation."""
+"""The exciting motion of a scenario: a Fourier series within limits, found by information, the best in simulation.
+
+The parametrisation is that of J. Swevers, C. Ganseman, D. Tuekel, J. De Schutter, H. Van Brussel, "Optimal robot
+excitation and identification" (IEEE Transactions on Robotics and Automation 13, 1997): finite Fourier series, so that
+the motion is smooth, periodic and known exactly. Their criterion, the determinant of the information matrix, is the
+sum of all (logarithmic) intervals and may give up one parameter for others. Here the largest interval is made as small
+as possible, each over the one that a minute of multisine gives; so none is given up.
+
+Information is that of a motion which is followed exactly and of noise that is white. What a trial of the motion gives
+differs, most for the lag; so the search is repeated with each interval measured by what the last trial gave.
+"""
 
 import math
 from collections.abc import Callable, Sequence
@@ -15,16 +25,14 @@ from adaptive_ff.learning.batch import identify_torque_form
 from adaptive_ff.scenario.plausibility import PEAK_FACTOR, USED_FRACTION
 from adaptive_ff.scenario.reference import Multisine
 from adaptive_ff.scenario.scenario import Scenario
-from adaptive_ff.studies.excitation import LEAST_HARMONICS, find_excitations, polished
-from adaptive_ff.studies.information import (
-    GATE_FRACTION,
-    NAMES,
-    Array,
-    AssumedJoint,
-    information,
-    interval_sizes,
-)
+from adaptive_ff.studies.information import GATE_FRACTION, NAMES, Array, AssumedJoint, information, interval_sizes
 from adaptive_ff.studies.motion import Excitation, MotionLimits
+from adaptive_ff.studies.motion_search import MotionSearch
+from adaptive_ff.studies.study import Found, run_study
+from adaptive_ff.workers import part_of_progress
+
+Trial = Callable[[Excitation], dict[str, float]]
+"""Returns the intervals that a motion gives by parameter, each over what it is measured by."""
 
 FASTER = 4.0
 """Default limit of the velocity over the default peak of a multisine; less where the torque limit asks for it."""
@@ -41,19 +49,24 @@ POLE_FRACTION, HOLD_TIMES = 0.5, 3.0
 TRIAL_SEEDS = tuple(range(101, 107))
 """Seeds of noise of a trial; nothing is reported on them."""
 
-YARDSTICK = 60.0
-"""Length of the multisine that intervals are measured by, s."""
+YARDSTICK, GRID = 60.0, 0.02
+"""Length of the multisine that intervals are measured by, and step of the grid for its information, s."""
 
-GRID = 0.02
-"""Step of the grid on which the information of that multisine is found, s."""
+STARTS, ROUNDS = 6, 8
+"""Starts of the search, and trials of each."""
+
+BELIEF, LARGEST_RATIO = 0.6, 4.5
+"""Fraction of the (logarithmic) ratio of trial and information that the next round takes over, and its largest size."""
+
+POLISHING, FIRST_STEP = 150, 0.1
+"""Trials of random steps from the best motion, and the length of the first over that of the direction."""
+
+LEAST_HARMONICS, MOST_HARMONICS = 3, 60
+"""Least and most harmonics of a series."""
 
 
 def assumed_joint(scenario: Scenario) -> AssumedJoint:
-    """Return what a scenario assumes of its joint.
-
-    Inertia and Stribeck velocity are those of ``[feedback]`` and ``[adaptation]``; friction is that of ``[fixed]``, or
-    of the joint where there is no such table.
-    """
+    """Return what a scenario assumes of its joint: friction by ``[fixed]``, or the joint's where there is none."""
     fixed, joint = scenario.fixed, scenario.joint
     known = fixed if fixed.coulomb > 0.0 else joint
     stiction = known.stiction if known.stiction is not None else known.coulomb
@@ -72,27 +85,14 @@ def assumed_joint(scenario: Scenario) -> AssumedJoint:
 def default_limits(scenario: Scenario, **given: float | None) -> MotionLimits:
     """Return the limits of a motion: those that are given, and what suits the scenario for the others.
 
-    Parameters
-    ----------
-    scenario : Scenario
-        The scenario.
-    **given
-        ``position``, ``velocity``, ``acceleration`` or ``torque``, or None. By default the torque is 0.7 of the drive's
-        limit, and the velocity four times the default peak of a multisine, 28 Stribeck velocities.
-
-    Raises
-    ------
-    InputError
-        The torque limit leaves nothing for a motion.
+    By default the torque is 0.7 of the drive's limit, and the velocity four times the default peak of a multisine, 28
+    Stribeck velocities.
     """
     joint, limit = assumed_joint(scenario), scenario.actuator.torque_limit
     torque = given.get("torque")
     if torque is None and limit is not None:
         torque = USED_FRACTION * limit
-    if torque is not None and not torque > joint.stiction:
-        raise InputError(
-            f"torque = {torque:g} N m is not allowed: it must be more than the stiction, {joint.stiction:g} N m"
-        )
+    _check_torque(joint, torque)
     velocity = given.get("velocity")
     if velocity is None:
         velocity = FASTER * PEAK_FACTOR * joint.stribeck_velocity
@@ -101,23 +101,18 @@ def default_limits(scenario: Scenario, **given: float | None) -> MotionLimits:
     return MotionLimits(velocity, given.get("position"), given.get("acceleration"), torque)
 
 
+def _check_torque(joint: AssumedJoint, torque: float | None) -> None:
+    if torque is not None and not torque > joint.stiction:
+        raise InputError(
+            f"torque = {torque:g} N m is not allowed: it must be more than the stiction, {joint.stiction:g} N m"
+        )
+
+
 def interval_widths(scenario: Scenario, seeds: Sequence[int]) -> dict[str, float]:
-    """Return the widths of the 95 % intervals that the reference of a scenario gives, the median over seeds.
+    """Return the widths of the 95 % intervals that the reference of a scenario gives, by name, the median over seeds.
 
     The PI loop follows the reference; the torque form is identified from measured velocity and torque of the drive,
-    with the assumed Stribeck velocity, see :func:`adaptive_ff.learning.batch.identify_torque_form`.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        The scenario, with its bandwidth.
-    seeds : sequence of int
-        Seeds of noise and reference.
-
-    Returns
-    -------
-    dict of float
-        Width by name; infinite where nothing can be identified.
+    with the assumed Stribeck velocity. A width is infinite where nothing can be identified.
     """
     found = [_widths(scenario.modified(seed=seed)) for seed in seeds]
     return {name: float(np.median([one[name] for one in found])) for name in NAMES}
@@ -163,39 +158,12 @@ def exciting_motion(
     workers: int | None = 1,
     progress: Callable[[float], None] | None = None,
 ) -> Excitation:
-    """Find the exciting motion of a scenario.
+    """Find the exciting motion of a scenario, whose ``sizes`` are those of the simulation; its reference plays no part.
 
-    Candidates are found by the information that they have and tried in simulation, for one period and for two; the one
-    whose largest interval is the least there, each over that of a minute of multisine, is improved by trials of what is
-    near it. Seeds of the simulation are those that nothing is reported on.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        The scenario; its own reference plays no part.
-    limits : MotionLimits
-        What the motion must keep, see :func:`default_limits`.
-    period : float, optional
-        Length of the motion, s.
-    fastest : float, optional
-        Largest frequency, Hz; by default 4 Hz, or 0.4 of the bandwidth of the loop. Half and a quarter of it are
-        tried, too.
-    seed : int, optional
-        Seed of the search.
-    workers : int, optional
-        Number of processes; None for one a core.
-    progress : callable, optional
-        Is called with the fraction done, from 0 to 1.
-
-    Returns
-    -------
-    Excitation
-        The motion; its ``sizes`` are those of the simulation.
-
-    Raises
-    ------
-    InputError
-        A limit or an argument is out of range.
+    Candidates of a length (``period``, s) are found by the information that they have and tried in simulation, for one
+    period and for two; the one whose largest interval is the least there, each over that of a minute of multisine, is
+    improved by trials of what is near it. The largest frequency (``fastest``, Hz) is by default 4 Hz, or 0.4 of the
+    bandwidth of the loop; half and a quarter of it are tried, too.
     """
     loop = loop_of(scenario, "pi")
     joint, measured_by = assumed_joint(loop), yardstick(loop)
@@ -205,11 +173,10 @@ def exciting_motion(
     every = max(1, round(GRID / loop.joint.solver_period))
     plans = np.stack([measured_by.modified(seed=one).reference_velocity()[::every] for one in TUNING_SEEDS])
     measure: Array = interval_sizes(np.mean(information(joint, plans, every * loop.joint.solver_period), axis=0))
-    base = interval_widths(measured_by, TRIAL_SEEDS)
-    trial = partial(_trial, loop, base, period)
-    found: list[Excitation] = []
+    trial = partial(_trial, loop, interval_widths(measured_by, TRIAL_SEEDS), period)
     fractions = [fraction for fraction in SLOWER if fraction == 1.0 or fraction * fastest * period >= LEAST_HARMONICS]
     parts = len(fractions) + 1
+    found: list[Excitation] = []
     for i, fraction in enumerate(fractions):
         found += find_excitations(
             joint,
@@ -220,10 +187,10 @@ def exciting_motion(
             seed=seed,
             trial=trial,
             workers=workers,
-            progress=_part_of(progress, i, parts),
+            progress=part_of_progress(progress, i, parts),
         )
     best = min(found, key=lambda motion: motion.widest)
-    return polished(joint, limits, best, trial, seed=seed, progress=_part_of(progress, parts - 1, parts))
+    return polished(joint, limits, best, trial, seed=seed, progress=part_of_progress(progress, parts - 1, parts))
 
 
 def _trial(loop: Scenario, base: dict[str, float], period: float, motion: Excitation) -> dict[str, float]:
@@ -234,6 +201,111 @@ def _trial(loop: Scenario, base: dict[str, float], period: float, motion: Excita
     return {name: max(once[name], twice[name]) / base[name] for name in NAMES}
 
 
-def _part_of(progress: Callable[[float], None] | None, part: int, parts: int) -> Callable[[float], None] | None:
-    """Return the progress of one of some parts, or None where nobody looks."""
-    return None if progress is None else lambda done: progress((part + done) / parts)
+def find_excitations(
+    joint: AssumedJoint,
+    limits: MotionLimits,
+    measure: Array,
+    *,
+    period: float = 10.0,
+    fastest: float = 2.0,
+    seed: int = 0,
+    starts: int = STARTS,
+    rounds: int = ROUNDS,
+    trial: Trial | None = None,
+    workers: int | None = 1,
+    progress: Callable[[float], None] | None = None,
+) -> list[Excitation]:
+    """Find motions that identify the parameters of a joint, the best one from each start of the search.
+
+    A start is searched from in some rounds, with a trial after each, in one where there is no trial; every other start
+    dwells at the speeds that have the most information. Sizes are those of the trial, by default by information, over
+    ``measure``, shape (5,).
+    """
+    search = MotionSearch(joint, limits, period, _check(joint, limits, period, fastest))
+    found = run_study(
+        partial(_from_start, search, measure, rounds if trial is not None else 1, trial, seed),
+        {str(turn): turn for turn in range(starts)},
+        ["motion"],
+        workers=workers,
+        progress=progress,
+    )
+    return [one["motion"] for one in found.values()]
+
+
+def _from_start(
+    search: MotionSearch,
+    measure: Array,
+    rounds: int,
+    trial: Trial | None,
+    seed: int,
+    turn: int,
+    names: list[str],
+) -> Found:
+    """Return the best motion of some rounds from one start of the search."""
+    generator = np.random.default_rng([seed, turn])
+    direction = search.plateau_start(generator) if turn % 2 == 0 else search.random_start(generator)
+    tried, calibrated = [], measure
+    for _ in range(rounds):
+        direction = search.search(direction, calibrated)
+        motion = search.motion(direction, measure)
+        if trial is not None:
+            expected = np.array([motion.sizes[name] for name in NAMES])
+            motion = motion.with_sizes(trial(motion))
+            calibrated = _calibrated(calibrated, measure, expected, motion)
+        tried.append(motion)
+    return dict.fromkeys(names, min(tried, key=lambda one: one.widest))
+
+
+def polished(
+    joint: AssumedJoint,
+    limits: MotionLimits,
+    motion: Excitation,
+    trial: Trial,
+    *,
+    trials: int = POLISHING,
+    seed: int = 0,
+    progress: Callable[[float], None] | None = None,
+) -> Excitation:
+    """Return the best of a motion and of random steps from it, each from the best one so far, by trials alone.
+
+    Steps become longer by half after one that is better and shorter by a tenth after one that is not, which balances
+    where one in five is better (the one fifth rule of I. Rechenberg, 1973).
+    """
+    search = MotionSearch(joint, limits, motion.reference.period, len(motion.reference.sines))
+    generator = np.random.default_rng([seed, trials])
+    best, direction, length = motion, search.direction(motion), FIRST_STEP
+    for i in range(trials):
+        step = generator.standard_normal(direction.size) * length / math.sqrt(direction.size)
+        near = search.motion(direction + step, np.ones(len(NAMES)))
+        near = near.with_sizes(trial(near))
+        better = near.widest < best.widest
+        if better:
+            best, direction = near, search.direction(near)
+        length *= 1.5 if better else 0.9
+        if progress is not None:
+            progress((i + 1) / trials)
+    return best
+
+
+def _calibrated(calibrated: Array, measure: Array, expected: Array, tried: Excitation) -> Array:
+    """Return by what the intervals of the next search are measured, from what they were and what the trial gave."""
+    ratio = np.array([tried.sizes[name] for name in NAMES]) / (expected * measure / calibrated)
+    ratio = np.nan_to_num(ratio, nan=1.0, posinf=np.inf)  # unknown where the multisine does not determine it, either
+    believed = np.clip(ratio, 1.0 / LARGEST_RATIO, LARGEST_RATIO) ** BELIEF
+    return np.asarray(calibrated / believed)
+
+
+def _check(joint: AssumedJoint, limits: MotionLimits, period: float, fastest: float) -> int:
+    """Return the number of harmonics, or refuse."""
+    given = {**vars(limits), "period": period, "fastest": fastest}
+    for name, value in given.items():
+        if value is not None and not (math.isfinite(value) and value > 0.0):
+            raise InputError(f"{name} = {value} is not allowed: it must be positive and finite")
+    _check_torque(joint, limits.torque)
+    harmonics = math.floor(fastest * period + 1e-9)
+    if not LEAST_HARMONICS <= harmonics <= MOST_HARMONICS:
+        raise InputError(
+            f"period = {period:g} s and fastest = {fastest:g} Hz make {harmonics} harmonics; there must be from "
+            f"{LEAST_HARMONICS} to {MOST_HARMONICS}"
+        )
+    return harmonics

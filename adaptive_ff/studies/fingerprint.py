@@ -17,15 +17,7 @@ NOT_FOLLOWED = ("adaptive_ff.report", "adaptive_ff.cli", "adaptive_ff.export")
 
 
 def fingerprint(modules: Iterable[str], files: Iterable[Path] = ()) -> str:
-    """Return the digest of what some modules import within the project, and of further files.
-
-    Parameters
-    ----------
-    modules : iterable of str
-        Full names of modules.
-    files : iterable of Path, optional
-        Further files, such as scenarios; of them all bytes count.
-    """
+    """Return the digest of what some modules import within the project, and of all bytes of further files."""
     digest = hashlib.sha256()
     for name in sorted(import_closure(modules)):
         digest.update(f"{name} {_tree_digest(_file_of(name))}".encode())

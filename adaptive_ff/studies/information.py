@@ -32,49 +32,22 @@ SMALLEST = 1e-12
 
 
 class AssumedJoint(NamedTuple):
-    """What is assumed of a joint before it is identified; a motion is planned with it.
+    """What is assumed of a joint before it is identified; a motion is planned with it."""
 
-    Attributes
-    ----------
-    inertia : float
-        Inertia, kg m^2.
-    coulomb, stiction : float
-        Coulomb friction and stiction, N m.
-    viscous : float
-        Viscous coefficient, N m s/rad.
-    stribeck_velocity : float
-        Stribeck velocity, rad/s.
-    hold : float
-        For how long the joint must have slid before identification uses a sample, s.
-    stribeck_shape : float
-        Exponent of the Stribeck curve.
-    """
-
-    inertia: float
+    inertia: float  # inertia, kg m^2
+    # Coulomb friction and stiction, N m
     coulomb: float
     stiction: float
-    viscous: float
-    stribeck_velocity: float
-    hold: float
-    stribeck_shape: float = 1.0
+    viscous: float  # viscous coefficient, N m s/rad
+    stribeck_velocity: float  # stribeck velocity, rad/s
+    hold: float  # for how long the joint must have slid before identification uses a sample, s
+    stribeck_shape: float = 1.0  # exponent of the Stribeck curve
 
 
 def information(joint: AssumedJoint, velocity: Array, step: float) -> Array:
-    """Return the information matrices of motions.
+    """Return the information matrices of periodic motions (rad/s), shape (m, n), on a grid of times with a step (s).
 
-    Parameters
-    ----------
-    joint : AssumedJoint
-        The joint.
-    velocity : ndarray, shape (m, n)
-        ``m`` periodic motions on a grid of times, rad/s.
-    step : float
-        Step of the grid, s.
-
-    Returns
-    -------
-    ndarray, shape (m, 5, 5)
-        Of the parameters ``NAMES``, each over a size of its own, for noise of unit density.
+    Of shape (m, 5, 5), of the parameters ``NAMES``, each over a size of its own, for noise of unit density.
     """
     bend = joint.stribeck_velocity
     scaled, shape = np.abs(velocity) / bend, joint.stribeck_shape
@@ -101,13 +74,7 @@ def information(joint: AssumedJoint, velocity: Array, step: float) -> Array:
 
 
 def interval_sizes(found: Array) -> Array:
-    """Return the sizes of the intervals of the parameters, shape (m, 5), from information matrices, shape (m, 5, 5).
-
-    Raises
-    ------
-    InputError
-        One of them is nothing but zero.
-    """
+    """Return the sizes of the intervals of the parameters, shape (m, 5), from information matrices, shape (m, 5, 5)."""
     trace = np.trace(found, axis1=-2, axis2=-1)[..., None, None]
     try:
         inverse = np.linalg.inv(found + SMALLEST * trace * np.eye(len(NAMES)))

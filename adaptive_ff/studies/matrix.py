@@ -33,21 +33,11 @@ Figures = dict[str, float | None]
 
 
 class Job(NamedTuple):
-    """A scenario with a seed, and with the fastest PI loop or its own.
+    """A scenario with a seed, and with the fastest PI loop or its own."""
 
-    Attributes
-    ----------
-    scenario : str
-        Name of the scenario.
-    seed : int
-        Seed.
-    fastest : bool
-        Whether the PI loop is the fastest that margin and noise allow.
-    """
-
-    scenario: str
-    seed: int
-    fastest: bool
+    scenario: str  # name of the scenario
+    seed: int  # seed
+    fastest: bool  # whether the PI loop is the fastest that margin and noise allow
 
     @property
     def key(self) -> str:
@@ -88,23 +78,9 @@ def run_matrix(
     executor: Executor | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> Results:
-    """Run the jobs; what is kept from an earlier call, with the same code and scenarios, is not run again.
+    """Run the jobs; what the folder holds from an earlier call, with the same code and scenarios, is not run again.
 
-    Parameters
-    ----------
-    jobs : list of Job
-        What to run.
-    controllers : list of str
-        Names of the controllers.
-    folder : Path
-        Where results are kept, in ``runs.jsonl``.
-    own : mapping, optional
-        Own controllers by name, run beside those; see :func:`adaptive_ff.comparison.own.make_own`. Results are kept of
-        those that are given as ``FILE.py:NAME``, until that file changes.
-    executor : concurrent.futures.Executor, optional
-        Where the runs go, such as that of a Dask client; by default all cores.
-    progress : callable, optional
-        Is called with the fraction done, from 0 to 1.
+    Results are kept of own controllers that are given as ``FILE.py:NAME``, until that file changes.
     """
     own = own or {}
     check_own_names(own, {**CONTROLLERS, NOISE_FLOOR: None})
@@ -157,15 +133,7 @@ def run_job(own: Mapping[str, Own], job: Job, controllers: list[str]) -> dict[st
 
 
 def further_figures(run: Run, base: NDArray[np.float64]) -> Figures:
-    """Return figures of merit beyond those of a run's own.
-
-    Parameters
-    ----------
-    run : Run
-        The run.
-    base : ndarray
-        Errors of PI in windows of 5 s, rad/s, from :func:`windows`.
-    """
+    """Return figures of merit beyond those of a run's own; ``base`` holds the errors of PI from :func:`windows`."""
     time, error = run.solver_time, run.reference - run.velocity
     change = run.scenario.last_change
     own = windows(run)

@@ -12,45 +12,23 @@ from adaptive_ff.studies.information import Array
 
 @dataclass(frozen=True)
 class MotionLimits:
-    """Limits of a motion, each as a size either way; None where there is none.
+    """Limits of a motion, each as a size either way; None where there is none."""
 
-    Attributes
-    ----------
-    velocity : float
-        Velocity, rad/s.
-    position : float or None
-        Distance from where the motion starts, rad.
-    acceleration : float or None
-        Acceleration, rad/s^2.
-    torque : float or None
-        Torque that the assumed joint needs, N m; more than its stiction.
-    """
-
-    velocity: float
-    position: float | None = None
-    acceleration: float | None = None
-    torque: float | None = None
+    velocity: float  # velocity, rad/s
+    position: float | None = None  # distance from where the motion starts, rad
+    acceleration: float | None = None  # acceleration, rad/s^2
+    torque: float | None = None  # torque that the assumed joint needs, N m; more than its stiction
 
 
 @dataclass(frozen=True, eq=False)
 class Excitation:
-    """A motion for identification.
+    """A motion for identification."""
 
-    Attributes
-    ----------
-    reference : Fourier
-        The series.
-    limits : MotionLimits
-        The limits that it keeps.
-    largest : dict of float
-        Largest size of ``position`` (rad), ``velocity``, ``acceleration`` and ``torque`` (N m) on its way.
-    sizes : dict of float
-        Interval of each parameter that is to be expected over the one that the motion gives that it is measured by.
-    """
-
-    reference: Fourier
-    limits: MotionLimits
+    reference: Fourier  # the series
+    limits: MotionLimits  # the limits that it keeps
+    # largest size of ``position`` (rad), ``velocity``, ``acceleration`` and ``torque`` (N m) on its way
     largest: dict[str, float]
+    # interval of each parameter that is to be expected over the one that the motion gives that it is measured by
     sizes: dict[str, float]
 
     @property

@@ -64,18 +64,10 @@ ALIKE = 1.02
 
 @dataclass(frozen=True)
 class Cell:
-    """A controller on a scenario.
+    """A controller on a scenario."""
 
-    Attributes
-    ----------
-    error : ndarray, shape (seeds,)
-        Settled rms error, rad/s.
-    gain : ndarray, shape (seeds,)
-        That of PI over its own, seed by seed.
-    """
-
-    error: NDArray[np.float64]
-    gain: NDArray[np.float64]
+    error: NDArray[np.float64]  # shape (seeds,); settled rms error, rad/s
+    gain: NDArray[np.float64]  # shape (seeds,); that of PI over its own, seed by seed
 
     @property
     def median(self) -> float:

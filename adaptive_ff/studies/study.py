@@ -27,32 +27,11 @@ def run_study(
     threads: bool = False,
     progress: Callable[[float], None] | None = None,
 ) -> dict[str, Found]:
-    """Run controllers on cases.
+    """Run controllers on cases, here or by an executor such as that of a cluster; results by case and controller.
 
-    Parameters
-    ----------
-    function : callable
-        Runs some of the controllers on a case. It and the cases must be picklable where other processes do it.
-    cases : mapping
-        Cases by a key that is unique and stays the same from one call to the next.
-    controllers : collection of str
-        Names of the controllers.
-    store : Store, optional
-        Where results are kept as they come; what it holds is not run again.
-    executor : concurrent.futures.Executor, optional
-        Where the runs go, such as that of a cluster; by default processes here.
-    workers : int, optional
-        Number of processes, by default one a core; with one, all runs are done in this process.
-    threads : bool, optional
-        Whether two workers may be threads, since most of a case is a compiled loop, which releases the lock of the
-        interpreter; a third would wait for it.
-    progress : callable, optional
-        Is called with the fraction done, from 0 to 1.
-
-    Returns
-    -------
-    dict of dict
-        Results by case, in the order of the cases, and by controller.
+    The function and the cases must be picklable where other processes do it. The keys of the cases are unique and stay
+    the same from one call to the next: what the store holds is not run again. With one worker all is done in this
+    process; two may be threads, since most of a case is a compiled loop, which releases the lock of the interpreter.
     """
     results: dict[str, Found] = {key: {} if store is None else store.read(key, controllers) for key in cases}
     missing = {key: [name for name in controllers if name not in found] for key, found in results.items()}
@@ -98,18 +77,9 @@ def _run(
 class Store:
     """Results in a file, a line each, added as they come.
 
-    A line counts only where its mark is that of the call: what the result of a controller depends on, such as the
-    digest of the code. A line that a power cut has cut short does not count.
-
-    Parameters
-    ----------
-    file : Path
-        The file; it and its folder are made when the first result comes.
-    mark : str
-        What all results depend on.
-    marks : mapping, optional
-        What results of single controllers depend on as well; None for a controller that is not kept, since it is a
-        living object that may be another the next time.
+    A line counts only where its mark is that of the call: what all results depend on, such as the digest of the code,
+    and with it those of a single controller (``marks``); None for one that is not kept, since it is a living object
+    that may be another the next time. A line that a power cut has cut short does not count.
     """
 
     def __init__(self, file: Path, mark: str, marks: Mapping[str, str | None] | None = None) -> None:
@@ -129,13 +99,7 @@ class Store:
         return {name: found for name, found in kept.items() if name in controllers or not name}
 
     def add(self, key: str, found: Found) -> None:
-        """Add results of a case.
-
-        Raises
-        ------
-        InputError
-            The file cannot be written.
-        """
+        """Add results of a case."""
         marked = {name: self._mark_of(name) for name in found}
         lines = [json.dumps([key, name, marked[name], one]) for name, one in found.items() if marked[name] is not None]
         try:

@@ -31,24 +31,12 @@ from adaptive_ff.studies.study import Found, Store, run_study
 
 @dataclass(frozen=True)
 class Outcome:
-    """One drawn joint.
+    """One drawn joint."""
 
-    Attributes
-    ----------
-    draw : int
-        Number of the draw; with the seed of the sweep it gives the joint.
-    metrics : dict of Metrics
-        Figures of merit by controller; empty where the draw was refused.
-    refused : str
-        Why it was not run, empty where it was.
-    fall : float
-        Steepest fall of its friction over the proportional gain.
-    """
-
-    draw: int
-    metrics: dict[str, Metrics]
-    refused: str = ""
-    fall: float = math.nan
+    draw: int  # number of the draw; with the seed of the sweep it gives the joint
+    metrics: dict[str, Metrics]  # figures of merit by controller; empty where the draw was refused
+    refused: str = ""  # why it was not run, empty where it was
+    fall: float = math.nan  # steepest fall of its friction over the proportional gain
 
     def ratio(self, figure: str, controller: str, to: str) -> float:
         """Return a figure of merit of one controller over that of another."""
@@ -83,38 +71,10 @@ def sweep(
     executor: Executor | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> list[Outcome]:
-    """Draw joints and run ``pi``, ``oracle`` and ``adaptive`` on each.
+    """Draw joints and run ``pi``, ``oracle`` and ``adaptive`` on each, with further controllers and own ones.
 
-    Parameters
-    ----------
-    scenario : Scenario
-        What the joints are drawn around, and the ranges.
-    runs : int
-        Number of draws, refused ones included.
-    seed : int, optional
-        Seed of the draws; each draw depends on it and on its number only, not on the workers.
-    own : mapping, optional
-        Own controllers by name that are run, too; see :func:`adaptive_ff.comparison.own.make_own`.
-    further : sequence of str, optional
-        Names of further controllers of the package that are run, too.
-    folder : Path, optional
-        Where outcomes are kept as they come, so that a call that was interrupted goes on where it stopped.
-    executor : concurrent.futures.Executor, optional
-        Where the runs go, such as that of a cluster; by default all cores.
-    progress : callable, optional
-        Is called with the fraction done, from 0 to 1.
-
-    Returns
-    -------
-    list of Outcome
-        One a draw, in order.
-
-    Raises
-    ------
-    ValueError
-        The number of runs is not positive.
-    InputError
-        The scenario leaves the bandwidth open, or there is no controller of a name.
+    A draw depends on the seed and on its number only, not on the workers. Outcomes are kept in the folder as they come,
+    so that a call that was interrupted goes on where it stopped; refused draws count among the runs.
     """
     check_scenario(scenario)
     if runs < 1:
@@ -216,17 +176,7 @@ def own_summary(run: list[Outcome], name: str) -> dict[str, Any]:
 
 
 def summary(outcomes: list[Outcome], seed: int, worst: int = 3) -> dict[str, Any]:
-    """Return the result of a sweep as ``--json`` writes it.
-
-    Parameters
-    ----------
-    outcomes : list of Outcome
-        The outcomes.
-    seed : int
-        Seed of the sweep.
-    worst : int, optional
-        Number of worst cases (by whole-run error against ``pi``) to report.
-    """
+    """Return the result of a sweep as ``--json`` writes it, with some worst cases by whole-run error against ``pi``."""
     run = [outcome for outcome in outcomes if not outcome.refused]
     values = {outcome.draw: quantities(outcome) for outcome in run}
     quantiles = {

@@ -32,26 +32,13 @@ Figures = dict[str, float]
 def track_scenario(
     scenario: Scenario, controllers: Sequence[str], *, draws: int = 1, own: Mapping[str, Own] | None = None
 ) -> dict[str, Figures]:
-    """Run controllers on a scenario and compare them with PI.
+    """Run controllers, ``noise_floor`` included, on a scenario over draws of the noise, and compare them with PI.
 
-    Parameters
-    ----------
-    scenario : Scenario
-        The scenario; its seed gives the reference and the first draw of the noise.
-    controllers : sequence of str
-        Their names, ``noise_floor`` included.
-    draws : int, optional
-        Draws of the noise; without noise one is enough and all.
-    own : mapping, optional
-        Own controllers by name; see :func:`adaptive_ff.comparison.own.make_own`.
-
-    Returns
-    -------
-    dict of dict
-        By controller ``error``, its settled error (rad/s, behind a position loop rad), and the ratios of
-        :func:`~adaptive_ff.simulation.tracking_errors.ratios`; ``torque_variation``, sum of the torque's steps over
-        PI's; and ``standstill``, range of the velocity at standstill in rad/s, where the reference stands still. One
-        that cannot be made for the scenario has none.
+    The seed gives the reference and the first draw; without noise one draw is all. By controller: ``error``, its
+    settled error (rad/s, behind a position loop rad), the ratios of
+    :func:`~adaptive_ff.simulation.tracking_errors.ratios`; ``torque_variation``, sum of the torque's steps over PI's;
+    and ``standstill``, range of the velocity at standstill in rad/s, where the reference stands still. One that cannot
+    be made for the scenario has none.
     """
     setups = list(noisy_setups(scenario, draws))
     base, variation, _ = _pooled(scenario, BASELINE, setups, own)
@@ -74,13 +61,7 @@ def track_scenario(
 
 
 def noisy_setups(scenario: Scenario, draws: int) -> Iterator[RunSetup]:
-    """Yield the setup of a scenario with one draw of the noise after the other; draw 0 is the scenario's own.
-
-    Raises
-    ------
-    ValueError
-        The number of draws is not positive.
-    """
+    """Yield the setup of a scenario with one draw of the noise after the other; draw 0 is the scenario's own."""
     if draws < 1:
         raise ValueError(f"draws = {draws} is not allowed: it must be at least 1")
     setup = build_setup(scenario)

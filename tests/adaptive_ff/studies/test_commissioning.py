@@ -12,7 +12,7 @@ from adaptive_ff import InputError, load_scenario, simulate
 from adaptive_ff.files import write_csv
 from adaptive_ff.identify import identification
 from adaptive_ff.studies import exciting_motion
-from adaptive_ff.studies.excitation import find_excitations, polished
+from adaptive_ff.studies.exciting_motion import find_excitations, polished
 
 
 @pytest.fixture(scope="module")

@@ -13,13 +13,14 @@ from command_line import run_command_line
 from adaptive_ff import InputError, load_scenario
 from adaptive_ff.scenario.fourier import Fourier
 from adaptive_ff.studies import exciting_motion as glue
-from adaptive_ff.studies.excitation import find_excitations, polished
 from adaptive_ff.studies.exciting_motion import (
     TRIAL_SEEDS,
     assumed_joint,
     default_limits,
     exciting_motion,
+    find_excitations,
     interval_widths,
+    polished,
     with_motion,
     yardstick,
 )
