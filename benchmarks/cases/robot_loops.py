@@ -47,14 +47,11 @@ class Driven(NamedTuple):
         Planned minus true velocity, rad/s, and position, rad, at the samples.
     torque : ndarray, shape (samples, joints)
         Torque, N m.
-    tip : ndarray, shape (samples, 3)
-        Position of the tip, m; empty where there is none.
     """
 
     velocity_error: Array
     position_error: Array
     torque: Array
-    tip: Array
 
 
 class Separate:
@@ -134,8 +131,6 @@ def drive(machine: Machine, controller: Any, plan: Plan, setup: Setup, seed: int
     outer = PositionLoop(PositionLoop.design(period=period, bandwidth=BANDWIDTH).gain)
     last = RESOLUTION * np.round(data.qpos / RESOLUTION)
     velocity_error, position_error, torques = np.zeros((3, count, joints))
-    tip = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_GEOM, "tip")
-    path = np.zeros((count if tip >= 0 else 0, 3))
     for k in range(count):
         read = RESOLUTION * np.round(data.qpos / RESOLUTION)
         noise = VELOCITY_NOISE * generator.standard_normal(joints)
@@ -150,8 +145,6 @@ def drive(machine: Machine, controller: Any, plan: Plan, setup: Setup, seed: int
             inputs["feedforward"] = gravity_of(model, scratch, read)
         velocity_error[k], position_error[k] = plan.velocity[k] - data.qvel, plan.position[k] - data.qpos
         torques[k] = controller.step(plan.velocity[k], velocity, **inputs)
-        if tip >= 0:
-            path[k] = data.geom_xpos[tip]
         data.qfrc_applied[:] = torques[k]
         mujoco.mj_step(model, data, substeps)
-    return Driven(velocity_error, position_error, torques, path)
+    return Driven(velocity_error, position_error, torques)
