@@ -1,4 +1,4 @@
-"""A group of joints against its joints one by one, and what one joint must not do to another."""
+"""A group of joints against its joints one by one, what one joint must not do to another, and refusals."""
 
 import json
 import math
@@ -7,82 +7,97 @@ import numpy as np
 import pytest
 
 from adaptive_ff import WITH_GRAVITY, AdaptiveController, JointGroup
+from adaptive_ff.adaptive.arguments import LARGEST_REGRESSOR, MOST_REGRESSORS
 from adaptive_ff.adaptive.prior import wave_place
 from controllers import PI, pi_gains
 
 PERIOD, SAMPLES = 0.01, 300
-JOINT = dict(zip(("proportional", "integral"), pi_gains(20.0, 10.0), strict=True))
-JOINT |= {"inertia": 20.0, "stribeck_velocity": 0.05}
-LIGHT = dict(zip(("proportional", "integral"), pi_gains(2.0, 10.0), strict=True))
-LIGHT |= {"inertia": 2.0, "stribeck_velocity": 0.05}
-ARM = {"period": PERIOD, "joints": {"shoulder": JOINT, "elbow": {**LIGHT, "preceding": ["shoulder"]}}}
+JOINT = dict(zip(("proportional", "integral"), pi_gains(2.0, 10.0), strict=True))
+JOINT |= {"inertia": 2.0, "stribeck_velocity": 0.05}
+NAMES = ("shoulder", "elbow", "wrist")
+ARM = {"period": PERIOD, "joints": {"shoulder": JOINT, "elbow": {**JOINT, "preceding": ["shoulder"]}}}
 
 
-def pair(**options):
-    return JointGroup(
-        {
-            name: AdaptiveController(**table, period=PERIOD, parameters=WITH_GRAVITY, **options)
-            for name, table in (("shoulder", JOINT), ("elbow", LIGHT))
-        }
-    )
+def controllers(counts):
+    return {
+        name: AdaptiveController(**JOINT, period=PERIOD, parameters=WITH_GRAVITY, regressors=count)
+        for name, count in zip(NAMES, counts, strict=False)
+    }
 
 
-def signals(samples=SAMPLES):
-    """Made-up motion of two joints: plan, measured velocity, position, shape (samples, 2) each."""
-    time = PERIOD * np.arange(samples + 1)[:, None]
-    plan = np.sin(time * [1.7, 2.9] + [0.3, 1.1]) * [0.3, 0.2]
-    noise = 0.002 * np.random.default_rng(101).standard_normal((samples, 2))
-    return plan, 0.95 * plan[:-1] + noise, np.cumsum(plan[:-1], axis=0) * PERIOD
+def chain(count, **first):
+    """Table of a chain of joints, each behind all that come before it."""
+    names = [f"joint_{place}" for place in range(count)]
+    joints = {name: {**JOINT, "preceding": names[:place]} for place, name in enumerate(names)}
+    joints[names[0]] |= first
+    return {"period": PERIOD, "joints": joints}
 
 
-def run(group, velocity=None, samples=SAMPLES):
-    plan, measured, position = signals(samples)
-    seen = measured if velocity is None else velocity
+def signals(joints=2):
+    """Made-up motion and load: reference, measured velocity, position, further regressors (two, the last joint one)."""
+    time = PERIOD * np.arange(SAMPLES + 1)[:, None]
+    reference = np.sin(time * [1.7, 2.9, 3.7] + [0.3, 1.1, 2.0])[:, :joints] * 0.3
+    noise = 0.002 * np.random.default_rng(101).standard_normal((SAMPLES, joints))
+    position = np.cumsum(reference[:-1], axis=0) * PERIOD
+    further = [[np.sin([0.7 * k, 1.3 * k]) for _ in range(joints - 1)] + [[math.cos(0.9 * k)]] for k in time[:-1, 0]]
+    return reference, 0.95 * reference[:-1] + noise, position, further
+
+
+def run(group, samples=SAMPLES):
+    reference, measured, position, _ = signals(len(group.joints))
     return np.array(
-        [group.step(plan[k], seen[k], next_reference=plan[k + 1], position=position[k]) for k in range(samples)]
+        [
+            group.step(reference[k], measured[k], next_reference=reference[k + 1], position=position[k])
+            for k in range(samples)
+        ]
     )
 
 
-def test_group_does_what_its_joints_do_alone():
-    group, alone = pair(), pair()
-    plan, measured, position = signals()
-    torques = run(group)
-    for place, controller in enumerate(alone.joints.values()):
-        for k in range(SAMPLES):
-            torque = controller.step(
-                plan[k, place], measured[k, place], next_reference=plan[k + 1, place], position=position[k, place]
-            )
-            assert torque == pytest.approx(torques[k, place], rel=1e-12)
-    assert group.estimates == {name: pytest.approx(found, rel=1e-9) for name, found in alone.estimates.items()}
+def learnt(group):
+    """Estimates without the offsets, which are what the integrals hold."""
+    return {name: {key: value for key, value in found.items() if key != "offset"} for name, found in group.items()}
+
+
+def test_group_with_regressors_is_its_joints_alone_to_the_bit():
+    group, alone = JointGroup(controllers((2, 2, 1))), controllers((2, 2, 1))
+    reference, measured, position, further = signals(3)
+    for k in range(SAMPLES):
+        now = {"next_reference": reference[k + 1], "position": position[k], "realised_torque": 3.0 * measured[k]}
+        torques = group.step(reference[k], measured[k], regressors=further[k], **now)
+        for place, one in enumerate(alone.values()):
+            row = {name: values[place] for name, values in now.items()} | {"regressors": further[k][place]}
+            assert one.step(reference[k, place], measured[k, place], **row) == torques[place]
+    group.take_over([7.0, -2.0, 1.0], reference[k], measured[k], regressors=further[k])
+    for place, one in enumerate(alone.values()):
+        one.take_over((7.0, -2.0, 1.0)[place], reference[k, place], measured[k, place], regressors=further[k][place])
+    for name, one in alone.items():
+        assert group.joints[name].state_to_json() == one.state_to_json()
+        assert group.estimates[name] == one.estimates
+    assert group.estimates["elbow"]["regressor_2"] != 0.0
 
 
 def test_plain_python_agrees():
-    np.testing.assert_allclose(run(pair(), samples=60), run(pair().run_uncompiled(), samples=60), rtol=1e-9)
+    group, plain = JointGroup(controllers((0, 0))), JointGroup(controllers((0, 0))).run_uncompiled()
+    np.testing.assert_allclose(run(group, 60), run(plain, 60), rtol=1e-9)
 
 
-def test_measurements_lost_in_one_joint_do_not_touch_another():
-    plan, measured, position = signals()
-    torn = measured.copy()
-    torn[100:200, 0] = np.nan
-    whole, hurt = pair(), pair()
-    torques, others = run(whole), run(hurt, torn)
-    np.testing.assert_array_equal(others[:, 1], torques[:, 1])
-    assert hurt.rejected == {"shoulder": 100, "elbow": 0}
-    assert hurt.faults == {"shoulder": 0, "elbow": 0}
-    assert hurt.fault == {"shoulder": False, "elbow": False}
-    assert np.all(np.isfinite(others))
-    del plan, position
+def test_given_regressors_follow_those_of_the_chain_to_the_bit():
+    group = JointGroup(controllers((6, 4, 1)), {"elbow": ["shoulder"], "wrist": ["shoulder", "elbow"]})
+    alone = tuple(controllers((6, 4, 1)).values())
+    reference, measured, position, further = signals(3)
+    for k in range(SAMPLES):
+        torques = group.step(reference[k], measured[k], position=position[k], regressors=further[k])
+        angles = np.array([np.sum(position[k, : place + 1]) for place in range(3)])
+        for place, one in enumerate(alone):
+            formed = [part for angle in angles[place + 1 :] for part in (np.sin(angle), np.cos(angle))]
+            given = {"position": angles[place], "regressors": [*formed, *further[k][place]]}
+            assert one.step(reference[k, place], measured[k, place], **given) == torques[place]
 
 
 def gravity(joint):
     """Unit torques of gravity over the coming period."""
     place = wave_place(joint.parameters.hypothesis)
     return joint.state.psi[place : place + 2]
-
-
-def learnt(group):
-    """Estimates without the offsets, which are what the integrals hold."""
-    return {name: {key: value for key, value in found.items() if key != "offset"} for name, found in group.items()}
 
 
 def test_regressors_are_sines_of_the_summed_angles_of_the_joints_that_follow():
@@ -113,22 +128,129 @@ def test_positions_of_motors_are_summed_as_angles_of_their_joints():
         np.testing.assert_allclose(one.regressors, other.regressors, rtol=1e-12)
 
 
-def test_state_of_all_joints_is_one_text():
-    first, second = JointGroup.from_table(ARM), JointGroup.from_table(ARM)
-    run(first, samples=100)
-    second.state_from_json(first.state_to_json())
-    plan, measured, position = signals()
-    arguments = (plan[100], measured[100])
-    np.testing.assert_array_equal(
-        first.step(*arguments, position=position[100]), second.step(*arguments, position=position[100])
-    )
-    damaged = json.loads(first.state_to_json())
+def test_regressors_may_be_an_array_and_hold_where_they_are_not_given():
+    group = JointGroup(controllers((2, 2)))
+    group.step([0.1, 0.1], [0.1, 0.1], regressors=np.array([[0.1, 0.2], [0.3, 0.4]]))
+    group.step([0.1, 0.1], [0.1, 0.1], regressors=[None, [0.5, math.nan]])
+    group.step([0.1, 0.1], [0.1, 0.1])
+    held = [joint.state.psi[-4:-2].tolist() for joint in group.joints.values()]
+    assert held == [[0.1, 0.2], [0.5, 0.4]]
+
+
+def goes_on(group, new, **given):
+    """Restore a group's state in a new one; both then do the same until the end, regressors given now and then."""
+    new.state_from_json(group.state_to_json())
+    reference, measured, position, further = signals(len(group.joints))
+    for k in range(70, 130):
+        now = {"position": position[k], **({"regressors": further[k]} if given and k % 10 == 0 else {})}
+        torques = group.step(reference[k], measured[k], **now)
+        assert np.array_equal(new.step(reference[k], measured[k], **now), torques)
+    assert new.state_to_json() == group.state_to_json()
+
+
+@pytest.mark.parametrize("lost", [math.nan, math.inf, None])
+@pytest.mark.parametrize("before", [0, 60])
+def test_a_chain_goes_on_from_its_save_after_a_lost_position(lost, before):
+    group = JointGroup.from_table(chain(3))
+    run(group, before)
+    reference, measured, position, _ = signals(3)
+    for k in range(before, before + 3):
+        torn = None if lost is None else np.where([False, True, False], lost, position[k])
+        group.step(reference[k], measured[k], position=torn)
+    goes_on(group, JointGroup.from_table(chain(3)))
+
+
+@pytest.mark.parametrize("unknown", [math.nan, math.inf, -math.inf])
+@pytest.mark.parametrize("before", [0, 60])
+def test_a_group_goes_on_from_its_save_after_an_unknown_regressor(unknown, before):
+    group = JointGroup(controllers((2, 1)))
+    reference, measured, _, further = signals()
+    for k in range(before):
+        group.step(reference[k], measured[k], regressors=further[k])
+    held = further[before - 1][0][0] if before else 0.0
+    group.step(reference[before], measured[before], regressors=[[unknown, 0.25], [unknown]])
+    assert group.joints["shoulder"].regressors.tolist() == [held, 0.25]
+    goes_on(group, JointGroup(controllers((2, 1))), regressors=True)
+
+
+def test_from_the_largest_regressors_a_save_can_be_loaded():
+    group, size = JointGroup(controllers((2, 1))), LARGEST_REGRESSOR
+    reference, measured, _, _ = signals()
+    for k in range(100):
+        group.step(reference[k], measured[k], regressors=[[size, -size], [size]], realised_torque=[1.0, 2.0])
+    JointGroup(controllers((2, 1))).state_from_json(group.state_to_json())
+
+
+def test_a_damaged_state_is_refused_and_the_own_kept():
+    group, other = JointGroup.from_table(ARM), JointGroup.from_table(ARM)
+    run(group, 100)
+    damaged, kept = json.loads(group.state_to_json()), other.state_to_json()
     damaged["group"]["elbow"]["state"]["weight"] = None
-    kept = second.state_to_json()
     for text in (json.dumps(damaged), "no JSON", '{"group": {}}', '{"group": ["shoulder", "elbow"]}', "[]"):
         with pytest.raises(ValueError, match=r"elbow|no saved state|this group has"):
-            second.state_from_json(text)
-        assert second.state_to_json() == kept
+            other.state_from_json(text)
+        assert other.state_to_json() == kept
+
+
+@pytest.mark.parametrize("name", ["velocity", "next_reference", "realised_torque", "position"])
+@pytest.mark.parametrize("value", [math.nan, math.inf])
+def test_a_measurement_that_is_not_finite_concerns_its_joint_alone(name, value):
+    whole, torn = JointGroup(controllers((0, 0, 0))), JointGroup(controllers((0, 0, 0)))
+    reference, measured, position, _ = signals(3)
+    for k in range(SAMPLES):
+        given = {"reference": reference[k], "velocity": measured[k], "next_reference": reference[k + 1]}
+        given |= {"position": position[k], "realised_torque": 3.0 * measured[k]}
+        lost = {**given, name: np.where([False, k >= 150, False], value, given[name])}
+        torques, hurt = whole.step(**given), torn.step(**lost)
+        assert np.array_equal(hurt[[0, 2]], torques[[0, 2]])
+        assert np.all(np.isfinite(hurt))
+    for joint in ("shoulder", "wrist"):
+        assert torn.joints[joint].state_to_json() == whole.joints[joint].state_to_json()
+    assert torn.rejected == {"shoulder": 0, "elbow": 150 if name == "velocity" else 0, "wrist": 0}
+
+
+def test_faults_are_those_of_each_joint():
+    reference, measured, position, _ = signals()
+    group = JointGroup(controllers((0, 0)))
+    for k in range(260):
+        feedforward = [0.0, 1e306 if k < 3 else 0.0]
+        group.step(reference[k], [math.nan, measured[k, 1]], position=position[k], feedforward=feedforward)
+    assert group.fault == {"shoulder": True, "elbow": False}
+    assert group.faults == {"shoulder": 0, "elbow": 3}
+
+
+@pytest.mark.parametrize("coupled", [False, True])
+def test_takeover_of_a_group_in_a_cascade_does_not_let_the_torques_jump(coupled):
+    group = JointGroup.from_table(ARM) if coupled else JointGroup(controllers((0, 0)))
+    run(group, 100)
+    now = {"correction": [0.02, -0.01], "feedforward": [30.0, -5.0], "position": [0.4, math.nan]}
+    now |= {"next_reference": [0.11, 0.09], "inertia": [2.1, 2.0]}
+    group.take_over([40.0, -3.0], [0.1, 0.1], [0.09, 0.11], **now)
+    np.testing.assert_allclose(group.step([0.1, 0.1], [0.09, 0.11], **now), [40.0, -3.0], atol=1e-9)
+
+
+def test_joints_of_a_group_are_switched_and_restarted_together_or_one_by_one():
+    group = JointGroup(controllers((0, 0)))
+    run(group, 50)
+    for name in ("enabled", "feedforward_enabled"):
+        assert getattr(group, name).tolist() == [True, True]
+        setattr(group, name, [True, False])
+        assert [getattr(joint, name) for joint in group.joints.values()] == [True, False]
+        with pytest.raises(ValueError, match="read-only"):  # it would change nothing
+            getattr(group, name)[1] = True
+        setattr(group, name, False)
+        assert getattr(group, name).tolist() == [False, False]
+        for wrong in (1.0, [True], "no"):
+            with pytest.raises(ValueError, match=f"^{name} = .* is not allowed: it must be true or false"):
+                setattr(group, name, wrong)
+        with pytest.raises(ValueError, match=rf"^{name} = 'no' is not allowed: it must be True or False"):
+            setattr(next(iter(group.joints.values())), name, "no")
+    before = learnt(group.estimates)
+    run(group, 100)
+    group.restart()
+    np.testing.assert_allclose(group.step([0.0, 0.0], [0.0, 0.0]), 0.0, atol=1e-9)
+    assert learnt(group.estimates) == before
+    assert set(group.diagnose()) == {"shoulder", "elbow"}
 
 
 def test_group_from_a_file(tmp_path):
@@ -149,33 +271,35 @@ def test_group_from_a_file(tmp_path):
         JointGroup.from_toml(tmp_path / "gone.toml")
 
 
+def joint_a(**changed):
+    return {"period": PERIOD, "joints": {"a": {**JOINT, **changed}}}
+
+
 @pytest.mark.parametrize(
     ("table", "message"),
     [
         ({"period": PERIOD}, r"^joints is missing"),
         ({"period": PERIOD, "joints": {}}, r"^joints = \{\} is not allowed"),
-        ({"period": PERIOD, "joints": {"a": {**JOINT, "inertia": -1.0}}}, r"^a: inertia = -1.0 is not allowed"),
-        ({"period": PERIOD, "joints": {"a": {**JOINT, "preceding": ["b"]}}}, r"^preceding: 'b' is not a joint"),
-        ({"period": PERIOD, "joints": {"a": {**JOINT, "preceding": ["a"]}}}, r"^a\.preceding = \['a'\] is not allowed"),
-        ({"period": PERIOD, "joints": {"a": {**JOINT, "preceding": "a"}}}, r"^a\.preceding = 'a' is not allowed"),
+        ({"period": PERIOD, "joints": {"a": 3}}, r"^a = 3 is not allowed: it must be a table of settings"),
+        ({**joint_a(), "gain": 1.0}, r"^gain is not allowed"),
+        (joint_a(inertia=-1.0), r"^a: inertia = -1.0 is not allowed"),
+        (joint_a(torque_limit="x"), r"^a: torque_limit = 'x' is not allowed"),
+        (joint_a(regressors=-1), r"^a: regressors = -1 is not allowed"),
+        (joint_a(preceding=["b"]), r"^preceding: 'b' is not a joint"),
+        (joint_a(preceding=["a"]), r"^a\.preceding = \['a'\] is not allowed"),
+        (joint_a(preceding="a"), r"^a\.preceding = 'a' is not allowed"),
+        (joint_a(identify="all"), r"^a\.identify = 'all' is not allowed"),
+        (joint_a(identify=["offset"]), r"^a\.identify = \['offset'\] is not"),
+        (joint_a(period=0.1), r"^a\.period is not allowed: all joints have"),
+        (joint_a(parameters=[]), r"^a\.parameters is not allowed: it is named"),
         (
-            {**ARM, "joints": {**ARM["joints"], "wrist": {**LIGHT, "preceding": ["elbow"]}}},
+            {**ARM, "joints": {**ARM["joints"], "wrist": {**JOINT, "preceding": ["elbow"]}}},
             r"^wrist\.preceding = \['elbow'\] is not allowed: shoulder precedes elbow; it must be all joints between",
         ),
         (
             {**ARM, "joints": {**ARM["joints"], "shoulder": {**JOINT, "preceding": ["elbow"]}}},
             r"^shoulder\.preceding = \['elbow'\] is not allowed: shoulder precedes elbow; it must be",
         ),
-        ({"period": PERIOD, "joints": {"a": {**JOINT, "identify": "all"}}}, r"^a\.identify = 'all' is not allowed"),
-        ({"period": PERIOD, "joints": {"a": {**JOINT, "identify": ["offset"]}}}, r"^a\.identify = \['offset'\] is not"),
-        ({"period": PERIOD, "joints": {"a": {**JOINT, "period": 0.1}}}, r"^a\.period is not allowed: all joints have"),
-        (
-            {"period": PERIOD, "joints": {"a": {**JOINT, "parameters": []}}},
-            r"^a\.parameters is not allowed: it is named",
-        ),
-        ({"period": PERIOD, "joints": {"a": {**JOINT, "torque_limit": "x"}}}, r"^a: torque_limit = 'x' is not allowed"),
-        ({"period": PERIOD, "joints": {"a": 3}}, r"^a = 3 is not allowed: it must be a table of settings"),
-        ({"period": PERIOD, "joints": {"a": JOINT}, "gain": 1.0}, r"^gain is not allowed"),
     ],
 )
 def test_what_is_no_group_is_refused_in_one_line(table, message):
@@ -184,106 +308,96 @@ def test_what_is_no_group_is_refused_in_one_line(table, message):
     assert "\n" not in str(raised.value)
 
 
-def test_joints_without_names_are_refused():
+@pytest.mark.parametrize("other", [PI(100.0, 1000.0, 0.01), 3])
+def test_what_is_no_adaptive_controller_is_refused_by_name(other):
+    with pytest.raises(TypeError, match=r"^elbow = .* is not allowed: it must be an AdaptiveController"):
+        JointGroup({"elbow": other})
+
+
+def test_joints_without_names_or_of_one_controller_are_refused():
     with pytest.raises(TypeError, match=r"^joints = \[0, 1\] is not allowed: it must be controllers by name, such as"):
         JointGroup([0, 1])
-
-
-def test_wrong_inputs_step_no_joint():
-    group = pair()
-    before = group.state_to_json()
-    for arguments, message in (
-        (([0.1], [0.0, 0.0]), r"^reference has shape \(1,\); it must be \(2,\)"),
-        (([0.1, math.nan], [0.0, 0.0]), r"^reference of elbow = nan is not allowed"),
-    ):
-        with pytest.raises(ValueError, match=message):
-            group.step(*arguments)
-    with pytest.raises(ValueError, match=r"^inertia of shoulder = 0.0 is not allowed: it must be positive"):
-        group.step([0.1, 0.1], [0.0, 0.0], inertia=[0.0, 1.0])
-    with pytest.raises(ValueError, match=r"^dt of shoulder = -1.0 is not allowed"):
-        group.step([0.1, 0.1], [0.0, 0.0], dt=-1.0)
-    with pytest.raises(ValueError, match=r"^dt has shape \(2,\); it must be one number for all joints"):
-        group.step([0.1, 0.1], [0.0, 0.0], dt=[0.01, 0.01])
-    for name in ("reference", "correction", "feedforward"):
-        with pytest.raises(ValueError, match=rf"^{name} = None is not allowed: it must be 2 numbers"):
-            group.step(**{"reference": [0.1, 0.1], "velocity": [0.0, 0.0], name: None})
-        with pytest.raises(ValueError, match=rf"^{name} of shoulder = nan is not allowed: it must be a finite number"):
-            group.step(**{"reference": [0.1, 0.1], "velocity": [0.0, 0.0], name: math.nan})
-    with pytest.raises(ValueError, match=r"^velocity of elbow = nan is not allowed"):
-        group.take_over([1.0, 1.0], [0.0, 0.0], [0.0, math.nan])
-    with pytest.raises(ValueError, match=r"^torque has shape \(3,\); it must be \(2,\)"):
-        group.take_over([1.0, 1.0, 1.0], [0.0, 0.0], [0.0, 0.0])
-    with pytest.raises(ValueError, match=r"^correction of elbow = inf is not allowed"):
-        group.take_over([1.0, 1.0], [0.0, 0.0], [0.0, 0.0], correction=[0.0, math.inf])
-    with pytest.raises(ValueError, match=r"^dt is not allowed: it must be one of next_reference, "):
-        group.take_over([1.0, 1.0], [0.0, 0.0], [0.0, 0.0], dt=0.01)
-    for name in ("enabled", "feedforward_enabled"):
-        for wrong in (1.0, [True], "no"):
-            with pytest.raises(ValueError, match=f"^{name} = .* is not allowed: it must be true or false"):
-                setattr(group, name, wrong)
-        with pytest.raises(ValueError, match=rf"^{name} = 'no' is not allowed: it must be True or False"):
-            setattr(next(iter(group.joints.values())), name, "no")
-    assert group.state_to_json() == before
-
-
-@pytest.mark.parametrize("coupled", [False, True])
-def test_takeover_of_a_group_in_a_cascade_does_not_let_the_torques_jump(coupled):
-    group = JointGroup.from_table(ARM) if coupled else pair()
-    run(group, samples=100)
-    now = {"correction": [0.02, -0.01], "feedforward": [30.0, -5.0], "position": [0.4, math.nan]}
-    now |= {"next_reference": [0.11, 0.09], "inertia": [21.0, 2.0]}
-    group.take_over([40.0, -3.0], [0.1, 0.1], [0.09, 0.11], **now)
-    np.testing.assert_allclose(group.step([0.1, 0.1], [0.09, 0.11], **now), [40.0, -3.0], atol=1e-9)
-
-
-def test_all_joints_of_a_group_are_switched_together_or_one_by_one():
-    group = pair()
-    for name in ("enabled", "feedforward_enabled"):
-        assert getattr(group, name).tolist() == [True, True]
-        setattr(group, name, [True, False])
-        assert [getattr(joint, name) for joint in group.joints.values()] == [True, False]
-        with pytest.raises(ValueError, match="read-only"):  # it would change nothing
-            getattr(group, name)[1] = True
-        setattr(group, name, False)
-        assert getattr(group, name).tolist() == [False, False]
-    before = learnt(group.estimates)
-    run(group, samples=100)
-    assert learnt(group.estimates) == before
-
-
-def test_takeover_and_switches_of_a_group():
-    group = pair()
-    run(group, samples=50)
-    group.take_over([5.0, -3.0], [0.1, 0.1], [0.09, 0.11])
-    np.testing.assert_allclose(group.step([0.1, 0.1], [0.09, 0.11]), [5.0, -3.0], atol=1e-9)
-    group.joints["elbow"].enabled = False
-    held = learnt(group.estimates)["elbow"]
-    run(group, samples=100)
-    assert learnt(group.estimates)["elbow"] == held
-    assert set(group.diagnose()) == {"shoulder", "elbow"}
-    before = learnt(group.estimates)
-    group.restart()
-    np.testing.assert_allclose(group.step([0.0, 0.0], [0.0, 0.0]), 0.0, atol=1e-9)
-    assert learnt(group.estimates) == before
-
-
-def test_what_is_no_adaptive_controller_is_refused_by_name():
-    for other in (PI(100.0, 1000.0, 0.01), 3):
-        with pytest.raises(TypeError, match=r"^elbow = .* is not allowed: it must be an AdaptiveController"):
-            JointGroup({"elbow": other})
-
-
-def test_one_controller_under_two_names_is_refused():
-    one = AdaptiveController(100.0, 1000.0, 0.01, inertia=2.0, stribeck_velocity=0.05)
+    (one,) = controllers((0,)).values()
     with pytest.raises(ValueError, match="one controller stands under two names"):
         JointGroup({"shoulder": one, "elbow": one})
 
 
-def test_what_a_joint_has_lost_or_not_believed_is_told_by_joint():
-    plan, measured, position = signals()
-    group = pair()
-    for k in range(260):
-        feedforward = [0.0, 1e306 if k < 3 else 0.0]
-        group.step(plan[k], [math.nan, measured[k, 1]], position=position[k], feedforward=feedforward)
-    assert group.fault == {"shoulder": True, "elbow": False}
-    assert group.faults == {"shoulder": 0, "elbow": 3}
+TWO = [0.1, 0.2]
+INPUTS = [
+    *(
+        ({name: [1.0, value]}, rf"^{name} of elbow = {value} is not allowed: it must be ")
+        for name in ("reference", "correction", "feedforward", "inertia")
+        for value in (math.nan, math.inf)
+    ),
+    *(
+        ({name: None}, rf"^{name} = None is not allowed: it must be 2 numbers")
+        for name in ("reference", "correction", "feedforward")
+    ),
+    ({"reference": [0.1]}, r"^reference has shape \(1,\); it must be \(2,\)"),
+    ({"inertia": [0.0, 1.0]}, r"^inertia of shoulder = 0.0 is not allowed: it must be positive"),
+    ({"dt": -1.0}, r"^dt(?: of shoulder = -1.0)? is not allowed"),
+    ({"dt": [0.01, 0.01]}, r"^dt (?:has shape \(2,\); it must be one number for all joints|is not allowed)"),
+    ({"regressors": [[0.1], [0.2]]}, r"^regressors of shoulder has shape \(1,\); it must be \(3,\), .* beside the 2"),
+    ({"regressors": [[0.1, 0.2, 0.3], [0.2, 0.3]]}, r"^regressors of elbow has shape \(2,\); it must be \(1,\), as it"),
+    ({"regressors": [[0.1, 0.2, 0.3], 0.2]}, r"^regressors of elbow has shape \(\); it must be \(1,\)"),
+    (
+        {"regressors": [[0.1, 0.2, 0.3], ["x"]]},
+        r"^regressors of elbow = \['x'\] is not allowed: it must be a vector of",
+    ),
+    ({"regressors": [[0.1, 0.2, 0.3], [-1e100]]}, r"^regressors of elbow = -1e\+100 is not allowed: they should be of"),
+    ({"regressors": [[0.1, 0.2, 0.3]]}, r"^regressors = .* it must be a vector, or None, for each of the 2 joints"),
+    ({"regressors": 0.1}, r"^regressors = 0.1 is not allowed: it must be a vector"),
+]
+
+
+@pytest.mark.parametrize(("given", "message"), INPUTS)
+def test_wrong_inputs_are_refused_and_change_nothing(given, message):
+    group = JointGroup(controllers((5, 1)), {"elbow": ["shoulder"]})
+    group.step(TWO, TWO, position=TWO, regressors=[[0.1, 0.2, 0.3], [0.4]])
+    before = group.state_to_json()
+    arguments = {"reference": TWO, "velocity": TWO, "position": [0.3, 0.4], **given}
+    both = (group.step, lambda **arguments: group.take_over([1.0, 1.0], **arguments))
+    for refusing in both[: 1 if None in given.values() else 2]:  # a takeover does without the others
+        with pytest.raises(ValueError, match=message):
+            refusing(**arguments)
+        assert group.state_to_json() == before
+
+
+@pytest.mark.parametrize(
+    ("torque", "velocity", "message"),
+    [
+        ([1.0, 1.0], [0.1, 0.1], r"^elbow: integral = 0 is not allowed for a takeover"),
+        ([1.0, 1.0], [0.1, math.nan], r"^velocity of elbow = nan is not allowed"),
+        ([1.0, 1.0, 1.0], [0.1, 0.1], r"^torque has shape \(3,\); it must be \(2,\)"),
+    ],
+)
+def test_a_takeover_that_one_joint_refuses_prepares_none(torque, velocity, message):
+    joints = controllers((0, 0))
+    joints["elbow"] = AdaptiveController(**{**JOINT, "integral": 0.0}, period=PERIOD)
+    group = JointGroup(joints)
+    run(group, 50)
+    before = group.state_to_json()
+    with pytest.raises(ValueError, match=message):
+        group.take_over(torque, [0.1, 0.1], velocity)
+    assert group.state_to_json() == before
+
+
+def test_a_chain_of_eleven_is_taken_and_one_of_twelve_refused_with_a_way_out():
+    group = JointGroup.from_table(chain(11))
+    assert [joint.regressors.size for joint in group.joints.values()] == list(range(MOST_REGRESSORS, -1, -2))
+    assert np.all(np.isfinite(group.step(np.full(11, 0.1), np.zeros(11), position=np.zeros(11))))
+    message = r"^joint_0\.regressors = 22 is not allowed: .* 11 joints .* 0 given .* 20, .* leave preceding"
+    with pytest.raises(ValueError, match=message):
+        JointGroup.from_table(chain(12))
+    with pytest.raises(ValueError, match=r"^joint_0\.regressors = 21 is not allowed: .* 10 joints .* and 1 given"):
+        JointGroup.from_table(chain(11, regressors=1))
+    joints = {f"joint_{place}": next(iter(controllers((0,)).values())) for place in range(12)}
+    with pytest.raises(ValueError, match=r"^joint_0\.regressors = 22 is not allowed"):
+        JointGroup(joints, {name: list(joints)[:place] for place, name in enumerate(joints)})
+
+
+def test_a_table_counts_the_given_regressors_beside_those_of_the_chain():
+    group = JointGroup.from_table(chain(2, regressors=3))
+    assert [joint.regressors.size for joint in group.joints.values()] == [5, 0]
+    with pytest.raises(ValueError, match=r"^shoulder has regressors = 1; it must be 2 at least"):
+        JointGroup(controllers((1, 0)), {"elbow": ["shoulder"]})
