@@ -26,22 +26,7 @@ RULES = {
 
 
 def checked_step(given: tuple[Any, ...], period: float) -> Inputs:
-    """Return the inputs of a step as floats, not a number where there is none.
-
-    Parameters
-    ----------
-    given : tuple
-        Inputs in their order.
-    period : float
-        Nominal sampling period, s.
-
-    Raises
-    ------
-    ValueError
-        A value is not allowed; the message names the input.
-    TypeError
-        One is no number.
-    """
+    """Return the inputs of a step as floats, not a number where there is none."""
     numbers = []
     for (name, rule), value in zip(RULES.items(), given, strict=True):
         if value is None and rule not in (COMMANDED, MEASURED):

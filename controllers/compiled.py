@@ -71,33 +71,14 @@ class _Made(NamedTuple):
 
 
 class Compiled:
-    """A kernel that is called from Python compiled; that is made at the first call for kinds of arguments.
-
-    Parameters
-    ----------
-    kernel : callable
-        The kernel.
-
-    Attributes
-    ----------
-    py_func : callable
-        The kernel as it is.
-    """
+    """A kernel that is called from Python compiled; that is made at the first call for kinds of arguments."""
 
     def __init__(self, kernel: Callable[..., Any]) -> None:
         self.py_func = kernel
         self._known: dict[Hashable, _Made | None] = {}
 
     def __call__(self, *arguments: Any) -> Any:
-        """Return what the kernel returns; its arrays are those of the arguments.
-
-        Raises
-        ------
-        NotTranslatable
-            The kernel, or one that it calls, has no translation.
-        TypeError
-            An argument is of a kind that kernels do not take; or what is given back is an array that is no argument.
-        """
+        """Return what the kernel returns; its arrays are those of the arguments."""
         form = structure(arguments)
         if form not in self._known:
             self._known[form] = self._made(arguments)

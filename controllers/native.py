@@ -133,19 +133,7 @@ def bound_step(block: NativeParameters) -> Callable[..., float]:
 def fast_step(
     blocks: Sequence[NativeParameters], rows: MutableArray, period: float, *, together: bool
 ) -> Callable[[Any], Any]:
-    """Return a function that checks what a step is given and does it, in one call; None where that needs words.
-
-    Parameters
-    ----------
-    blocks : sequence of NativeParameters
-        The controllers; of a group several.
-    rows : ndarray, shape (n, 13) or (13,)
-        Takes inputs and output of each.
-    period : float
-        Nominal sampling period, s.
-    together : bool
-        Whether they are a group, whose inputs are arrays, and whose torques are written into a first one.
-    """
+    """Return a function that checks what a step is given and does it, in one call; None where that needs words."""
     fast = stepper()
     if fast is None:
         return declined

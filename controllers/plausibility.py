@@ -58,19 +58,7 @@ def kept(value: float) -> float:
 def checked_inputs(
     inputs: Inputs, guard: Guard, proportional: float, integral: float, period: float
 ) -> tuple[Inputs, Guard]:
-    """Return the inputs with what is not plausible replaced, and what the check remembers.
-
-    Parameters
-    ----------
-    inputs : Inputs
-        Inputs of a sample.
-    guard : Guard
-        Memory of the check.
-    proportional, integral : float
-        Gains of the feedback, N m s/rad and N m/rad: they say how large torques are.
-    period : float
-        Nominal sampling period, s.
-    """
+    """Return the inputs with what is not plausible replaced, and what the check remembers."""
     if surely_plausible(inputs, proportional if proportional > 0.0 else integral, period):
         return inputs, Guard(inputs.reference, inputs.feedforward, 0.0, guard.faults)
     return replaced_inputs(inputs, guard, proportional, integral, period)

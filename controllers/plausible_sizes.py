@@ -10,23 +10,11 @@ LEAST_RESPONSE, LONGEST_RESPONSE = 1e-6, 1e3
 
 
 def inertia_bounds(gain: float) -> tuple[float, float]:
-    """Return the bounds between which an inertia is plausible, kg m^2, beside a gain of the feedback.
-
-    Parameters
-    ----------
-    gain : float
-        Proportional gain, N m s/rad, or that of the integral where there is none; beside none, any inertia is.
-    """
+    """Return the bounds between which an inertia is plausible, kg m^2, beside a gain of the feedback."""
     return gain * LEAST_RESPONSE, gain * LONGEST_RESPONSE if gain > 0.0 else math.inf
 
 
 def largest_torque(proportional: float, integral: float) -> float:
-    """Return the largest plausible torque, N m: what the feedback would answer to the largest velocity.
-
-    Parameters
-    ----------
-    proportional, integral : float
-        Gains, N m s/rad and N m/rad; without either there is no such torque, and it is infinite.
-    """
+    """Return the largest plausible torque, N m: what the feedback would answer to the largest velocity."""
     gain = proportional if proportional > 0.0 else integral
     return gain * LARGEST_VELOCITY if gain > 0.0 else math.inf

@@ -178,50 +178,17 @@ MONITORS: dict[type, Callable[..., Any]] = _Monitors()
 
 
 def _step(block: Any, state: Any, inputs: Inputs) -> Any:
-    """Do one sample of any controller, compiled or not.
-
-    Parameters
-    ----------
-    block : NamedTuple
-        Parameters of the controller, of a class that ``STEPS`` knows.
-    state : NamedTuple
-        State of the controller; its arrays may be changed in place.
-    inputs : Inputs
-        What it is given at the sample.
-
-    Returns
-    -------
-    output : Output
-        Torque and the feedforward in it, N m.
-    state : NamedTuple
-        The new state.
-    """
+    """Do one sample of any controller, compiled or not."""
     return STEPS[type(block)](block, state, inputs)
 
 
 def _write_estimates(block: Any, state: Any, row: Any) -> Any:
-    """Write the physical estimates of any controller, in their own units, compiled or not.
-
-    Parameters
-    ----------
-    block, state : NamedTuple
-        Parameters and state of the controller.
-    row : ndarray, shape (n,)
-        Is given the estimates, in the order of the controller's ``estimate_names``.
-    """
+    """Write the physical estimates of any controller, in their own units, compiled or not."""
     return ESTIMATES[type(block)](block, state, row)
 
 
 def _write_monitors(block: Any, state: Any, row: Any) -> Any:
-    """Write what any controller watches itself by, compiled or not; of those that do not, nothing.
-
-    Parameters
-    ----------
-    block, state : NamedTuple
-        Parameters and state of the controller.
-    row : ndarray, shape (n,)
-        Is given the values, in the order of the controller's ``monitor_names``.
-    """
+    """Write what any controller watches itself by, compiled or not; of those that do not, nothing."""
     return MONITORS.get(type(block))(block, state, row)  # type: ignore[misc]
 
 

@@ -29,38 +29,13 @@ A covariance may be singular: what is known for certain has none.
 
 
 def saved_text(name: str, version: int, belongs: Mapping[str, Any], state: Any) -> str:
-    """Return the text of a state.
-
-    Parameters
-    ----------
-    name, version : str, int
-        Class of the controller, and version of its state.
-    belongs : mapping
-        What the controller was made with, by name: numbers, and lists of words.
-    state : NamedTuple
-        The state.
-    """
+    """Return the text of a state."""
     content = {"controller": name, "version": version, "belongs_to": dict(belongs), "state": plain_state(state)}
     return json.dumps(content, indent=1)
 
 
 def restored(text: str, name: str, version: int, belongs: Mapping[str, Any], template: Any) -> Any:
-    """Return the state of a text that was saved by a controller like this one.
-
-    Parameters
-    ----------
-    text : str
-        What :func:`saved_text` returned.
-    name, version, belongs
-        As there, of the controller that is to go on from it.
-    template : NamedTuple
-        Its initial state.
-
-    Raises
-    ------
-    ValueError
-        The text is no such state, or that of another controller.
-    """
+    """Return the state of a text that was saved by a controller like this one."""
     try:
         saved = json.loads(text)
         found, content = saved["controller"], saved["state"]
@@ -122,20 +97,7 @@ def _is_definite(matrix: Any, least: float) -> bool:
 
 
 def check_it_goes_on(state: Any, step: Callable[[Any], tuple[Any, Any]]) -> None:
-    """Try a few steps on a copy of a state.
-
-    Parameters
-    ----------
-    state : NamedTuple
-        The state; left as it is.
-    step : callable
-        Does one step in plain Python: a state to output and new state.
-
-    Raises
-    ------
-    ValueError
-        A step fails, or what it gives is not finite.
-    """
+    """Try a few steps on a copy of a state."""
     tried = copy.deepcopy(state)
     try:
         for _ in range(3):

@@ -50,24 +50,7 @@ def velocity_estimator(kernel: Callable[..., Any], initial: Callable[..., Any]) 
 
 
 def _estimate_velocity(parameters: Any, state: Any, measurement: float, dt: float) -> Any:
-    """Compute the velocity (rad/s) by any estimator, compiled or not.
-
-    Parameters
-    ----------
-    parameters, state : NamedTuple
-        The estimator, of a class that ``VELOCITY_ESTIMATORS`` knows, and its state.
-    measurement : float
-        Measured position, rad, or velocity, rad/s, as the estimator takes it.
-    dt : float
-        Time since the last sample, s.
-
-    Returns
-    -------
-    velocity : float
-        Estimated velocity, rad/s.
-    state : NamedTuple
-        The new state.
-    """
+    """Compute the velocity (rad/s) by any estimator, compiled or not."""
     return VELOCITY_ESTIMATORS[type(parameters)](parameters, state, measurement, dt)
 
 

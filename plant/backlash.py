@@ -231,13 +231,7 @@ class BacklashJoint(GearFields):
 
 
 def check_backlash_period(joint: BacklashParameters, period: float) -> None:
-    """Refuse a solver period that does not suit the elastic joint with the stiffness of the element that sticks.
-
-    Raises
-    ------
-    ValueError
-        The period is too long; the message names the longest one allowed.
-    """
+    """Refuse a solver period that does not suit the elastic joint with the stiffness of the element that sticks."""
     stiffness = joint.link_stiffness + joint.hysteresis_stiffness
     check_elastic_period(joint._replace(link_stiffness=stiffness), period)
 

@@ -203,11 +203,6 @@ def check_elastic_period(joint: Any, period: float) -> None:
 
     The step is the rigid joint's with the motor's inertia and part of the link's, so a period that suits the motor
     alone suits it.
-
-    Raises
-    ------
-    ValueError
-        The period is too long; the message names the longest one allowed.
     """
     stiffness = joint.link_stiffness
     resonance = math.sqrt(stiffness / joint.motor_inertia + stiffness / joint.link_inertia)

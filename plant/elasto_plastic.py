@@ -229,11 +229,6 @@ def check_elasto_plastic_period(joint: ElastoPlasticParameters, period: float) -
 
     As of the rigid joint, ``kappa max(-g') < 1`` with ``kappa = h^2/(J (tau + h))``; half of that is allowed, so that
     the root can be bracketed.
-
-    Raises
-    ------
-    ValueError
-        The period is too long; the message names the longest one allowed.
     """
     falls = (steepest_fall(curve._replace(viscous=0.0)) for curve in (joint.friction, joint.backward))
     longest = longest_with_lag(longest_gentle_period(joint.inertia, falls), joint.friction_lag)

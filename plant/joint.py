@@ -171,11 +171,6 @@ def check_unique_step(joint: JointParameters, period: float) -> None:
     With ``kappa = h^2/(J (tau + h))`` the step is unique while ``kappa max(-F') < 1``. For a shape factor below one the
     slope at rest is infinite, and rest is always one of several solutions just below breakaway; rest is chosen there,
     and the velocity jumps at breakaway to a value that vanishes with the period. That jump is bounded.
-
-    Raises
-    ------
-    ValueError
-        The period is too long; the message names the longest one allowed.
     """
     kappa = period * period / (joint.inertia * (joint.friction_lag + period))
     limit = min(largest_kappa(joint.friction), largest_kappa(joint.backward))
@@ -201,13 +196,7 @@ def largest_kappa(friction: Stribeck) -> float:
 
 
 def check_gentle_at_rest(joint: FrictionFields) -> None:
-    """Refuse a Stribeck curve that falls infinitely steeply at rest, where a joint can only creep.
-
-    Raises
-    ------
-    ValueError
-        The shape factor is below one and the curve falls.
-    """
+    """Refuse a Stribeck curve that falls infinitely steeply at rest, where a joint can only creep."""
     if math.isinf(steepest_fall(joint.friction)) or math.isinf(steepest_fall(joint.friction_backward)):
         raise ValueError(
             f"stribeck_shape = {joint.stribeck_shape:g} is not allowed for a joint of the kind {joint.kind!r}: it must "
@@ -222,13 +211,7 @@ def longest_gentle_period(inertia: float, falls: Iterable[float]) -> float:
 
 
 def refuse_period(period: float, longest: float, reason: str) -> NoReturn:
-    """Refuse a solver period for a reason, naming the longest one (s) that is allowed.
-
-    Raises
-    ------
-    ValueError
-        Always.
-    """
+    """Refuse a solver period for a reason, naming the longest one (s) that is allowed."""
     raise ValueError(
         f"solver_period = {period:g} s is too long for this joint: beyond {longest:.6g} s {reason}; use a shorter "
         "solver_period"

@@ -251,11 +251,6 @@ def check_lugre_period(joint: LuGreParameters, period: float) -> None:
     The step's equation has one while friction falls by less than ``J/h`` with the new speed, see
     :func:`steepest_fall_in_a_step`. Half of that is allowed, so that the grid on which the fall is looked for does not
     matter and the root can be bracketed.
-
-    Raises
-    ------
-    ValueError
-        The period is too long; the message names the longest one allowed.
     """
     if _is_unique(joint, period):
         return

@@ -352,13 +352,7 @@ def _four(values: Iterable[float]) -> Four:
 
 
 def check_maxwell_period(joint: MaxwellParameters, period: float) -> None:
-    """Refuse a solver period for which the implicit step could have more than one solution.
-
-    Raises
-    ------
-    ValueError
-        The period is too long; the message names the longest one allowed.
-    """
+    """Refuse a solver period for which the implicit step could have more than one solution."""
     longest = longest_gentle_period(joint.inertia, (_steepest(joint.friction), _steepest(joint.backward)))
     if period > longest:
         refuse_period(period, longest, FALLING)

@@ -80,15 +80,7 @@ def payload_size(controller: Controller, single: bool) -> int:
 
 
 def state_to_bytes(controller: Controller, *, single: bool = False) -> bytes:
-    """Return the state of a controller for the exported code's ``load_state``.
-
-    Parameters
-    ----------
-    controller : Controller
-        The controller.
-    single : bool, optional
-        Whether the code was exported in single precision.
-    """
+    """Return the state of a controller for the exported code's ``load_state``."""
     letters = formats(single)
     payload = b""
     for leaf in layout(controller):
@@ -99,13 +91,7 @@ def state_to_bytes(controller: Controller, *, single: bool = False) -> bytes:
 
 
 def state_from_bytes(controller: Controller, content: bytes, *, single: bool = False) -> None:
-    """Restore a state that the exported code's ``save_state`` wrote.
-
-    Raises
-    ------
-    InputError
-        The bytes are no state of such a controller; the controller keeps the one it has.
-    """
+    """Restore a state that the exported code's ``save_state`` wrote."""
     expected = HEADER.size + payload_size(controller, single)
     if len(content) != expected:
         raise InputError(f"state of {len(content)} bytes is not allowed: one of this controller has {expected}")

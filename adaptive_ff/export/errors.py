@@ -23,13 +23,7 @@ def exporting() -> Iterator[None]:
 
 
 def compile_export(sources: Sequence[Path], library: Path, flags: Sequence[str] = ()) -> None:
-    """Compile exported sources into a shared library.
-
-    Raises
-    ------
-    InputError
-        There is no C compiler, or it fails; the message has its first line.
-    """
+    """Compile exported sources into a shared library."""
     try:
         compile_files(sources, library, [*FLAGS, "-shared", *flags])
     except NoCompiler as error:

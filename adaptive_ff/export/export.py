@@ -14,11 +14,11 @@ from adaptive_ff.export.sample import Recording, check_exportable, new_one, reco
 from adaptive_ff.export.single import SINGLE
 from controllers import ESTIMATES, STEPS, Controller, Inputs, Output
 from controllers.checks import checked_switch
-from controllers.kernels.functions import Function
+from controllers.kernels.functions import Translator
 from controllers.kernels.literals import DOUBLE
 from controllers.kernels.names import FILES, RESERVED
 from controllers.kernels.types import REAL, Array, Record, type_of
-from controllers.kernels.unit import Unit
+from controllers.kernels.unit import Function
 
 
 def as_record(value: Any, where: str) -> Record:
@@ -32,22 +32,7 @@ def as_record(value: Any, where: str) -> Record:
 
 
 class Export:
-    """What all files of an export are written from.
-
-    Parameters
-    ----------
-    controller : Controller
-        The controller; it is left as it is. The exported one starts in the state that it has.
-    prefix : str
-        Begins all names in C.
-    single : bool
-        Whether to export in single precision.
-
-    Raises
-    ------
-    NotExportable
-        The controller, or a construct in one of its kernels, has no translation.
-    """
+    """What all files of an export are written from."""
 
     def __init__(self, controller: Controller, prefix: str, single: bool = False) -> None:
         single = checked_switch("single", single)
@@ -67,7 +52,7 @@ class Export:
         self.single = single
         self.precision = SINGLE if single else DOUBLE
         self.fresh = new_one(controller)
-        self.unit = Unit(self.precision, prefix, fixed=True)
+        self.unit = Translator(self.precision, prefix, fixed=True)
         self.parameters = as_record(controller.parameters, "parameters")
         self.state = as_record(controller.state, "state")
         self.inputs = as_record(Inputs(*[0.0] * len(Inputs._fields)), "inputs")

@@ -106,13 +106,7 @@ def model_description(export: Export, version: str, token: str) -> str:
 
 
 def fmu(export: Export, version: str) -> bytes:
-    """Return the FMU: with a binary where there is a C compiler and this version of FMI has a name for this machine.
-
-    Raises
-    ------
-    InputError
-        The compiler fails.
-    """
+    """Return the FMU: with a binary where there is a C compiler and this version of FMI has a name for this machine."""
     prefix = export.prefix
     sources = {f"{prefix}.h": header(export), f"{prefix}.c": source(export)}
     digest = hashlib.sha256("".join(sources.values()).encode()).hexdigest()

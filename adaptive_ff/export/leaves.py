@@ -12,24 +12,12 @@ from controllers.kernels.types import Array, Line, Record, Scalar, Type
 
 @dataclass(frozen=True)
 class Leaf:
-    """A number, or an array of numbers, in a nested named tuple.
+    """A number, or an array of numbers, in a nested named tuple."""
 
-    Attributes
-    ----------
-    path : tuple of str or int
-        Names of the fields, and places in tuples, that lead to it.
-    kind : Scalar
-        What it holds.
-    shape : tuple of int
-        Shape of the array; empty for a number.
-    is_array : bool
-        Whether it is an array.
-    """
-
-    path: tuple[str | int, ...]
-    kind: Scalar
-    shape: tuple[int, ...] = ()
-    is_array: bool = False
+    path: tuple[str | int, ...]  # names of the fields, and places in tuples, that lead to it
+    kind: Scalar  # what it holds
+    shape: tuple[int, ...] = ()  # shape of the array; empty for a number
+    is_array: bool = False  # whether it is an array
 
     @property
     def count(self) -> int:

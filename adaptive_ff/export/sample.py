@@ -21,37 +21,19 @@ SAMPLES = 200
 
 @dataclass(frozen=True)
 class Switch:
-    """A property of a controller that is set at run time, such as whether it learns.
+    """A property of a controller that is set at run time, such as whether it learns."""
 
-    Attributes
-    ----------
-    name : str
-        Name of the property.
-    doc : str
-        What it does.
-    leaves : tuple of Leaf
-        Truth values of the state that it sets.
-    """
-
-    name: str
-    doc: str
-    leaves: tuple[Leaf, ...]
+    name: str  # name of the property
+    doc: str  # what it does
+    leaves: tuple[Leaf, ...]  # truth values of the state that it sets
 
 
 @dataclass(frozen=True)
 class Recording:
-    """A run of the controller in Python.
+    """A run of the controller in Python."""
 
-    Attributes
-    ----------
-    inputs : ndarray, shape (n, fields of the inputs)
-        Inputs of each sample.
-    outputs : ndarray, shape (n, fields of the output)
-        Outputs.
-    """
-
-    inputs: NDArray[np.float64]
-    outputs: NDArray[np.float64]
+    inputs: NDArray[np.float64]  # inputs of each sample
+    outputs: NDArray[np.float64]  # outputs
 
 
 def check_exportable(controller: Any, single: bool) -> None:
@@ -118,11 +100,6 @@ def restarted(controller: Controller) -> list[tuple[Leaf, Any]]:
     """Return what ``restart`` sets in the state, and to which value; of an array, all numbers to zero.
 
     The state is marked in two ways, and what keeps neither mark has been set.
-
-    Raises
-    ------
-    NotExportable
-        What is set depends on the state.
     """
     found = list(leaves(type_of(controller.state, "state", sizes=True)))
     pairs = []
@@ -158,11 +135,6 @@ def record(controller: Controller, samples: int = SAMPLES) -> Recording:
 
     The measurement trails the reference and stumbles where that reverses; some are lost, some previews and torques are
     not known, the period varies: a sample of all that the code must bear, not a judgement of the controller.
-
-    Raises
-    ------
-    NotExportable
-        A step replaces an array of the state by another one: in C they have fixed places.
     """
     own = copy.deepcopy(controller).run_uncompiled()
     arrays = [leaf for leaf in leaves(type_of(own.state, "state", sizes=True)) if leaf.is_array]

@@ -8,9 +8,9 @@ from adaptive_ff.export.export import Export
 from adaptive_ff.export.state_functions import state_buffer
 from adaptive_ff.export.tables import state_tables
 from controllers.kernels.comments import block_comment, joined, plain, summary
-from controllers.kernels.functions import Function
 from controllers.kernels.helpers import helper_texts
 from controllers.kernels.sources import Constant
+from controllers.kernels.unit import Function
 
 GUARD = """#if defined(__FAST_MATH__) || defined(_M_FP_FAST) || (defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__)
 #error "fast-math drops the tests for what is not a number, on which this controller depends: compile without it"

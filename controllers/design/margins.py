@@ -45,15 +45,7 @@ class LoopMargins:
 
 
 def loop_margins(numerator: NDArray[Any], denominator: NDArray[Any], slowest: float) -> LoopMargins:
-    """Return the margins of an open loop.
-
-    Parameters
-    ----------
-    numerator, denominator : ndarray
-        Polynomials in ``z``, falling powers.
-    slowest : float
-        Where the frequency response begins, rad a sample, well below the crossover.
-    """
+    """Return the margins of an open loop."""
     poles = np.roots(np.polyadd(numerator, denominator))
     omega = np.geomspace(slowest, math.pi, FREQUENCIES)
     points = np.exp(1j * omega)
@@ -80,17 +72,7 @@ def _polynomial(coefficients: NDArray[Any], points: NDArray[Any]) -> NDArray[Any
 
 
 def largest_setting(opened: Callable[[float], OpenLoop], bound: float, start: float, end: float) -> float:
-    """Return the largest setting up to which the maximum sensitivity stays within a bound.
-
-    Parameters
-    ----------
-    opened : callable
-        Arguments of :func:`loop_margins` at a setting.
-    bound : float
-        The bound.
-    start, end : float
-        The setting to begin with, where the bound must hold, and the largest one to return.
-    """
+    """Return the largest setting up to which the maximum sensitivity stays within a bound."""
 
     def reserve(setting: float) -> float:
         return 1.0 / loop_margins(*opened(setting)).maximum_sensitivity - 1.0 / bound

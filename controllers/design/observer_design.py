@@ -77,13 +77,7 @@ def _opened(loop: SampledLoop, angle: float, compensation: Callable[[SampledLoop
 
 @cache
 def fastest_angle(loop: SampledLoop, bound: float, compensation: Callable[[SampledLoop, float], Compensation]) -> float:
-    """Return the largest bandwidth, rad a sample, that a bound on the maximum sensitivity allows.
-
-    Raises
-    ------
-    ValueError
-        No bandwidth meets the bound.
-    """
+    """Return the largest bandwidth, rad a sample, that a bound on the maximum sensitivity allows."""
     start = SLOWEST * min(loop.proportional, 1.0)
     least = loop_margins(*_opened(loop, start, compensation)).maximum_sensitivity
     if least > bound:
@@ -112,34 +106,7 @@ def design_observer(
     compensation: Callable[[SampledLoop, float], Compensation],
     velocity: Any = None,
 ) -> ObserverDesign:
-    """Design an observer for a sampled inertia.
-
-    Parameters
-    ----------
-    inertia : float
-        Inertia, kg m^2, positive.
-    period : float
-        Sampling period, s, positive.
-    gains : (float, float)
-        Proportional (N m s/rad) and integral gain (N m/rad) of the feedback, the first positive.
-    bandwidth : float or None
-        Bandwidth of the observer, Hz; without it the largest one that the margin allows, at most the Nyquist frequency.
-    delay : int
-        Computation delay, whole periods.
-    maximum_sensitivity : float
-        Bound on the maximum sensitivity where no bandwidth is given, more than 1.
-    compensation : callable
-        Makes ``S`` from the loop and the bandwidth, radians a sample.
-    velocity : NamedTuple, optional
-        Estimator of :mod:`controllers.velocity` that makes the measured velocity of positions.
-
-    Raises
-    ------
-    ValueError
-        An argument is out of range, or the feedback alone exceeds the bound.
-    TypeError
-        An argument is no number, or the estimator of no known class.
-    """
+    """Design an observer for a sampled inertia."""
     check_positive(inertia=inertia, period=period, proportional=gains[0])
     check_numbers(integral=gains[1])
     if not 0.0 <= gains[1] < math.inf:

@@ -11,25 +11,7 @@ LONGEST = 100_000
 
 
 def stationary_gain(transition: NDArray[np.float64], process_noise: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the stationary gain of a filter that measures the first state with a variance of 1.
-
-    Parameters
-    ----------
-    transition : ndarray, shape (n, n)
-        Transition of the state over a period.
-    process_noise : ndarray, shape (n, n)
-        Covariance that a period adds to the state.
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        What a unit of innovation adds to the predicted state.
-
-    Raises
-    ------
-    ValueError
-        The gain does not settle.
-    """
+    """Return the stationary gain of a filter that measures the first state with a variance of 1."""
     # here, not above: filterpy loads scipy.stats, half a second that only the Kalman observers need
     from filterpy.kalman import KalmanFilter
 

@@ -28,18 +28,7 @@ NO_FILTER = VelocityFilter((1.0,), (1.0,))
 
 @singledispatch
 def velocity_filter(estimator: Any) -> VelocityFilter:
-    """Return the filter of an estimator of :mod:`controllers.velocity`.
-
-    Parameters
-    ----------
-    estimator : NamedTuple
-        The estimator, as :func:`controllers.kalman_velocity` makes it.
-
-    Raises
-    ------
-    TypeError
-        The estimator is of no known class.
-    """
+    """Return the filter of an estimator of :mod:`controllers.velocity`."""
     raise TypeError(f"velocity = {estimator!r} is not allowed: it must be an estimator of controllers.velocity")
 
 

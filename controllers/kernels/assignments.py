@@ -2,27 +2,23 @@
 
 import ast
 
-from controllers.kernels.expressions import ARITHMETIC, Expressions
+from controllers.kernels.calls import Calls
 from controllers.kernels.names import c_name
+from controllers.kernels.operators import ARITHMETIC
 from controllers.kernels.scope import Scope, Variable
 from controllers.kernels.types import INTEGER, REAL, Array, Line, Record, passed_by_pointer
 from controllers.kernels.values import Value
 
 
 class Assignments:
-    """The part of :class:`~controllers.kernels.statements.Statements` that gives variables and elements their values.
+    """Gives variables and elements their values."""
 
-    Parameters
-    ----------
-    expressions : Expressions
-        Translates its expressions.
-    """
-
-    def __init__(self, expressions: Expressions) -> None:
+    def __init__(self, expressions: Calls) -> None:
         self.expressions = expressions
         self.unit = expressions.unit
         self.scope: Scope = expressions.scope
         self.kernel = expressions.kernel
+        self.refusal = expressions.refusal
 
     def assign(self, target: ast.expr, node: ast.expr) -> None:
         """Translate an assignment to one target."""
@@ -55,8 +51,7 @@ class Assignments:
         if isinstance(target, ast.Name):
             self._bind(target, value)
         elif isinstance(target, ast.Tuple | ast.List | ast.Starred):
-            problem = f"{ast.unparse(target)} cannot be one of several targets; write a statement for each"
-            raise self.kernel.refusal(target, problem)
+            raise self.refusal(target, "{} cannot be one of several targets; write a statement for each")
         else:
             self._store(target, value)
 
@@ -71,18 +66,16 @@ class Assignments:
 
     def _place(self, target: ast.expr) -> Value:
         """Return an element of an array that is to be changed."""
-        shown = ast.unparse(target)
         if not isinstance(target, ast.Subscript):
-            raise self.kernel.refusal(target, f"{shown} cannot be assigned to; make a new NamedTuple")
+            raise self.refusal(target, "{} cannot be assigned to; make a new NamedTuple")
         base = self.expressions.translate(target.value)
         if not isinstance(base.type, Array):
-            raise self.kernel.refusal(target, f"{shown} cannot be assigned to; make a new tuple")
+            raise self.refusal(target, "{} cannot be assigned to; make a new tuple")
         if not base.root:
             base = self.expressions.placed(target, base)
         place = self.expressions.element_of(target, base)
         if isinstance(place.type, Array):
-            problem = f"{shown} is no number of an array; give an index for each dimension"
-            raise self.kernel.refusal(target, problem)
+            raise self.refusal(target, "{} is no number of an array; give an index for each dimension")
         self.scope.writes += 1
         return place
 
@@ -92,7 +85,7 @@ class Assignments:
         if place.type == REAL:
             value = self.expressions.as_real(target, value)
         if place.type != value.type:
-            raise self.kernel.refusal(target, f"{ast.unparse(target)} must be given a value of the array's type")
+            raise self.refusal(target, "{} must be given a value of the array's type")
         self.scope.emit(f"{place.text} = {value.text};")
 
     def _spread_over(self, target: ast.Subscript, node: ast.expr, value: Value) -> None:
@@ -100,35 +93,31 @@ class Assignments:
         base = self.expressions.translate(target.value)
         row = self.expressions.element_of(target, base)
         if not isinstance(row.type, Array) or len(row.type.shape) != 1:
-            raise self.kernel.refusal(
-                target, f"{ast.unparse(target)} cannot be given a tuple; only a row of an array can"
-            )
+            raise self.refusal(target, "{} cannot be given a tuple; only a row of an array can")
         self.scope.writes += 1
         for place, item in enumerate(self.expressions.items(node, value)):
             if row.type.element == REAL:
                 item = self.expressions.as_real(node, item)
             if item.type != row.type.element:
-                raise self.kernel.refusal(node, f"{ast.unparse(node)} holds what are no numbers of the array's type")
+                raise self.refusal(node, "{} holds what are no numbers of the array's type")
             self.scope.emit(f"{row.element(str(place)).text} = {item.text};")
 
     def _fill(self, target: ast.Subscript, node: ast.expr) -> None:
         """Assign to all elements of an array a number or those of another one, which is computed first."""
         value = self._before(target, node)
         array = self.expressions.translate(target.value)
-        shown = ast.unparse(target)
         if not isinstance(array.type, Array):
-            raise self.kernel.refusal(target, f"{shown}: only an array can be filled")
+            raise self.refusal(target, "{}: only an array can be filled")
         if isinstance(target.slice, ast.Tuple) and len(target.slice.elts) > len(array.type.shape):
-            problem = f"{shown} has more places than the array has dimensions; write [:]"
-            raise self.kernel.refusal(target, problem)
+            raise self.refusal(target, "{} has more places than the array has dimensions; write [:]")
         if isinstance(value.type, Array) and value.type != array.type:
-            raise self.kernel.refusal(target, f"{shown} must be given a number or an array like it, of one shape")
+            raise self.refusal(target, "{} must be given a number or an array like it, of one shape")
         self.scope.writes += 1
         if not isinstance(value.type, Array):
             if array.type.element == REAL:
                 value = self.expressions.as_real(node, value)
             if value.type != array.type.element:
-                raise self.kernel.refusal(target, f"{ast.unparse(node)} is no number of the array's type")
+                raise self.refusal(target, f"{ast.unparse(node)} is no number of the array's type")
             if any(isinstance(part, ast.Call | ast.Subscript) for part in ast.walk(node)):
                 value = self._kept(node, value)
         if array.type.is_open:
@@ -178,13 +167,13 @@ class Assignments:
         if name == "_":
             return
         if value.type is None:
-            raise self.kernel.refusal(target, f"{name}: a shape or a tuple of constants has no value; use its items")
+            raise self.refusal(target, f"{name}: a shape or a tuple of constants has no value; use its items")
         known = self.scope.variables.get(name)
         if known is not None and known.type != value.type:
             if known.type == REAL and value.type == INTEGER:
                 value = self.expressions.as_real(target, value)
             else:
-                raise self.kernel.refusal(target, f"{name} changes its type; begin with 0.0 for a real number")
+                raise self.refusal(target, f"{name} changes its type; begin with 0.0 for a real number")
         self.scope.given.add(name)
         once = self.scope.stores[name] == 1
         if self.scope.is_declared(name):
@@ -221,7 +210,7 @@ class Assignments:
         if isinstance(node, ast.Tuple):
             values = self.expressions.spread(node.elts)
             if len(values) != len(target.elts):
-                raise self.kernel.refusal(target, f"{ast.unparse(target)}: there must be a value for each")
+                raise self.refusal(target, "{}: there must be a value for each")
             if self._overlap(target, node):
                 values = [self._kept(node, value) for value in values]
         else:
@@ -233,8 +222,7 @@ class Assignments:
         """Return the items of a value, of which there must be so many."""
         values = self.expressions.items(node, value)
         if len(values) != count:
-            problem = f"{ast.unparse(node)} gives {len(values)} values, not {count}: there must be a value for each"
-            raise self.kernel.refusal(node, problem)
+            raise self.refusal(node, f"{{}} gives {len(values)} values, not {count}: there must be a value for each")
         return values
 
     def _overlap(self, target: ast.Tuple, node: ast.Tuple) -> bool:
@@ -250,9 +238,9 @@ class Assignments:
 
     def _kept(self, node: ast.expr, value: Value) -> Value:
         if isinstance(value.type, Array) and not value.type.is_open:
-            raise self.kernel.refusal(node, f"{ast.unparse(node)}: give arrays their names one by one")
+            raise self.refusal(node, "{}: give arrays their names one by one")
         if value.type is None:
-            raise self.kernel.refusal(node, f"{ast.unparse(node)} has no value; use its items")
+            raise self.refusal(node, "{} has no value; use its items")
         name = self.expressions.hoisted(node, value)
         return Value(name, value.type, root=name, natural=value.natural)
 
@@ -260,17 +248,17 @@ class Assignments:
         """Translate ``+=`` and its like."""
         target, operation = statement.target, statement.op
         if type(operation) not in ARITHMETIC:
-            raise self.kernel.refusal(statement, f"{ast.unparse(statement)}: there are += -= *= and /=")
+            raise self.refusal(statement, "{}: there are += -= *= and /=")
         operator = ARITHMETIC[type(operation)][0]
         if isinstance(target, ast.Subscript) and any(isinstance(leaf, ast.Slice) for leaf in ast.walk(target)):
-            raise self.kernel.refusal(target, f"{ast.unparse(target)} is a slice; write a loop over a range")
+            raise self.refusal(target, "{} is a slice; write a loop over a range")
         is_name = isinstance(target, ast.Name)
         place = self.expressions.translate(target) if is_name else self._place(target)
         value = self.expressions.translate(statement.value)
         if place.type not in (REAL, INTEGER):
-            raise self.kernel.refusal(statement, f"{ast.unparse(target)} is no number")
+            raise self.refusal(statement, f"{ast.unparse(target)} is no number")
         if place.type == INTEGER and (value.type != INTEGER or operator == "/"):
-            raise self.kernel.refusal(statement, f"{ast.unparse(target)} changes its type; begin with 0.0")
+            raise self.refusal(statement, f"{ast.unparse(target)} changes its type; begin with 0.0")
         if place.type == REAL:
             value = self.expressions.as_real(statement.value, value)
         self.scope.emit(f"{place.text} {operator}= {value.text};")

@@ -78,11 +78,6 @@ def compile_files(
 
     The command is that of :func:`compiler` unless another is given. Further flags, such as those of sanitizers, stand
     in the variable ``ADAPTIVE_FF_CFLAGS``.
-
-    Raises
-    ------
-    NoCompiler
-        There is none, or it fails; the message has its first line.
     """
     command = compiler() if command is None else command
     if command is None:

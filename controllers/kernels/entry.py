@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from controllers.kernels.comments import joined
+from controllers.kernels.functions import Translator
 from controllers.kernels.helpers import helper_texts
 from controllers.kernels.literals import DOUBLE
 from controllers.kernels.record import foreign_files
@@ -41,7 +42,7 @@ ROW = Array(REAL, (None,))
 
 def library_unit() -> Unit:
     """Return a unit of kernels for this machine: sizes are known at run time."""
-    return Unit(DOUBLE, "aff", fixed=False)
+    return Translator(DOUBLE, "aff", fixed=False)
 
 
 def symbol_of(kernels: Sequence[Callable[..., Any]], kinds: tuple[Type, ...]) -> str:
@@ -74,21 +75,7 @@ WHOLE PUBLIC void {symbol}(const void *restrict arguments, void *restrict result
 def controller_text(
     unit: Unit, kernels: tuple[Any, Any, Any], kinds: tuple[Type, Type, Type], symbol: str, torque: int
 ) -> str:
-    """Return step, estimates and monitors of a controller, each ``void (parameters, state, row, count)``.
-
-    Parameters
-    ----------
-    unit : Unit
-        Holds the functions that they call.
-    kernels : tuple
-        The three kernels; None for what the controller does not have.
-    kinds : tuple of Type
-        Of parameters, state and inputs.
-    symbol : str
-        Begins their names.
-    torque : int
-        Place, in the row, of what the step gives.
-    """
+    """Return step, estimates and monitors of a controller, each ``void (parameters, state, row, count)``."""
     parameters, state, inputs = kinds
     step = unit.function(kernels[0], kinds)
     assert isinstance(step.result, Record)

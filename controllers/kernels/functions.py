@@ -2,56 +2,58 @@
 
 import inspect
 import re
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable
+from typing import Any
 
+from controllers.kernels.calls import Calls
 from controllers.kernels.comments import block_comment, wrapped_code
-from controllers.kernels.expressions import Expressions
-from controllers.kernels.names import c_name
+from controllers.kernels.names import c_name, function_name
 from controllers.kernels.results import ResultNames
 from controllers.kernels.scope import Declaration, Scope, Unused, Variable
-from controllers.kernels.sources import Kernel
+from controllers.kernels.sources import Kernel, read_kernel
 from controllers.kernels.statements import Statements
 from controllers.kernels.types import INTEGER, Line, Record, Type, passed_by_pointer
-
-if TYPE_CHECKING:
-    from controllers.kernels.unit import Unit
+from controllers.kernels.unit import Function, Known, Unit
 
 
-@dataclass(frozen=True)
-class Function:
-    """A function of C.
+class Translator(Unit):
+    """A unit that translates the kernels that it is asked for, and those that they call."""
 
-    Attributes
-    ----------
-    name : str
-        Its name.
-    result : Type, optional
-        What it returns; none for one that changes arrays in place only.
-    kernel : Kernel
-        What it was translated from.
-    text : str
-        Its definition with its comment.
-    writes : bool
-        Whether it changes arrays in place.
-    constant : int, optional
-        What it returns, where that is an integer or truth value that is known at translation.
-    natural : bool
-        Whether what it returns is known to be not negative.
-    """
+    def function(
+        self,
+        function: Callable[..., Any],
+        kinds: tuple[Type, ...],
+        constants: tuple[Known, ...] = (),
+        caller: tuple[Kernel, Any] | None = None,
+    ) -> Function:
+        """Return a kernel in C for arguments of some types; it is translated when it is first met.
 
-    name: str
-    result: Type | None
-    kernel: Kernel
-    text: str
-    writes: bool
-    constant: int | None = None
-    natural: bool = False
+        Arguments that are known integers, such as sizes, decide branches within it, as they do at the call.
+        """
+        key = (function, kinds, constants or (None,) * len(kinds))
+        if key not in self.functions:
+            kernel = read_kernel(function)
+            if function in self._pending and caller is not None:
+                raise caller[0].refusal(caller[1], f"{kernel.name} calls itself; write a loop over a range")
+            self._pending.append(function)
+            self.files.add(kernel.file)
+            self.functions[key] = _translated(self, kernel, kinds, key[2], self._function_name(function))
+            self._pending.pop()
+        return self.functions[key]
+
+    def _function_name(self, function: Callable[..., Any]) -> str:
+        taken = {made.name: origin for (origin, _, _), made in self.functions.items()}
+        name = function_name(function.__name__)
+        if name in taken and taken[name] is not function:
+            name = f"{function.__module__.rpartition('.')[2]}_{name}"
+        count, base = 1, name
+        while name in taken:
+            count += 1
+            name = f"{base}_{count}"
+        return name
 
 
-def translate_function(
-    unit: "Unit", kernel: Kernel, kinds: tuple[Type, ...], constants: tuple[Any, ...], name: str
-) -> Function:
+def _translated(unit: Unit, kernel: Kernel, kinds: tuple[Type, ...], constants: tuple[Any, ...], name: str) -> Function:
     """Translate a kernel for arguments of some types, some of them known; ``NotTranslatable`` where it cannot be."""
     arguments = kernel.tree.args
     if arguments.vararg or arguments.kwarg or arguments.posonlyargs:
@@ -80,7 +82,7 @@ def translate_function(
             scope.variables[argument.arg] = Variable(wish, kind, pointer=True)
         scope.declare(argument.arg)
         scope.given.add(argument.arg)
-    statements = Statements(Expressions(unit, scope), ResultNames(name))
+    statements = Statements(Calls(unit, scope), ResultNames(name))
     statements.body()
     code = [item for _, item in scope.lines if isinstance(item, str) and not item.startswith("/*")]
     texts = code + [text for _, text in opening]

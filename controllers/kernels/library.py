@@ -43,24 +43,7 @@ _LOCKS: defaultdict[Hashable, threading.Lock] = defaultdict(threading.Lock)
 
 
 def loaded(key: Hashable, symbol: str, write: Writer) -> Loaded:
-    """Return a library that holds a symbol.
-
-    Parameters
-    ----------
-    key : Hashable
-        What the symbol stands for in this process: kernels and types.
-    symbol : str
-        Its name, or what the names of several begin with.
-    write : callable
-        Writes it, where it has to be compiled.
-
-    Raises
-    ------
-    NotTranslatable
-        The kernel, or one that it calls, has no translation.
-    NoCompiler
-        It has to be compiled, and there is no compiler.
-    """
+    """Return a library that holds a symbol."""
     if key not in _LOADED:
         with _LOCKS[key]:
             if key not in _LOADED:

@@ -19,20 +19,11 @@ LEAST_INTEGER = -(2**63)
 
 @dataclass(frozen=True)
 class Precision:
-    """How real numbers are written.
+    """How real numbers are written."""
 
-    Attributes
-    ----------
-    real : str
-        C type of a real number.
-    suffix : str
-        Suffix of literals and of functions of ``math.h``.
-    other : mapping
-        Values of constants of kernels that are others in this precision, by their names in C.
-    """
-
-    real: str
-    suffix: str
+    real: str  # C type of a real number
+    suffix: str  # suffix of literals and of functions of ``math.h``
+    # values of constants of kernels that are others in this precision, by their names in C
     other: Mapping[str, float] = field(default_factory=dict)
 
     def literal(self, value: float | bool, where: str = "a number") -> str:

@@ -2,13 +2,13 @@
 
 import ast
 
-from controllers.kernels.expressions import Expressions
+from controllers.kernels.calls import Calls
 from controllers.kernels.names import c_name
 from controllers.kernels.types import INTEGER
 from controllers.kernels.values import Value
 
 
-def loop_header(expressions: Expressions, statement: ast.For) -> tuple[str, str, bool, bool | None]:
+def loop_header(expressions: Calls, statement: ast.For) -> tuple[str, str, bool, bool | None]:
     """Return the first line of a loop, its counter in C, whether that is natural, and whether it runs if that is known.
 
     Python evaluates the range once, C its end each time: what the end depends on must stay as it is in the loop.
@@ -36,7 +36,7 @@ def loop_header(expressions: Expressions, statement: ast.For) -> tuple[str, str,
     return f"for ({kind} {name} = {first.text}; {name} {sign} {last.text}; {name}{change}) {{", name, natural, runs
 
 
-def _range(expressions: Expressions, statement: ast.For) -> tuple[Value, Value, int, set[str]]:
+def _range(expressions: Calls, statement: ast.For) -> tuple[Value, Value, int, set[str]]:
     """Return start, end and stride of a range, and the names that these depend on."""
     kernel, call = expressions.kernel, statement.iter
     shown = ast.unparse(statement).partition("\n")[0]
@@ -46,14 +46,15 @@ def _range(expressions: Expressions, statement: ast.For) -> tuple[Value, Value, 
     stride = ends[2].constant if len(ends) == 3 else 1
     are_integers = 1 <= len(ends) <= 3 and all(end.type == INTEGER for end in ends)
     if not are_integers or stride not in (1, -1) or statement.orelse:
-        problem = f"{shown!r} has no translation; a range must be of integers, by 1 or -1, without else"
-        raise kernel.refusal(statement, problem)
+        raise kernel.refusal(
+            statement, f"{shown!r} has no translation; a range must be of integers, by 1 or -1, without else"
+        )
     read = {node.id for argument in call.args for node in ast.walk(argument) if isinstance(node, ast.Name)}
     start = ends[0] if len(ends) > 1 else Value("0", INTEGER, constant=0, natural=True)
     return start, ends[min(len(ends) - 1, 1)], stride, read
 
 
-def _is_range(expressions: Expressions, call: ast.Call) -> bool:
+def _is_range(expressions: Calls, call: ast.Call) -> bool:
     is_global = not call.keywords and expressions.is_global(call.func)
     return is_global and expressions.unit.resolved(expressions.kernel, call.func) is range
 

@@ -17,20 +17,7 @@ from controllers.kernels.sources import KERNEL_PACKAGES
 
 
 def meaning(scope: Mapping[str, Any], name: str) -> str:
-    """Return what a name, which may have dots, stands for now.
-
-    Parameters
-    ----------
-    scope : mapping
-        The global names of a module.
-    name : str
-        The name.
-
-    Raises
-    ------
-    KeyError, AttributeError
-        There is none.
-    """
+    """Return what a name, which may have dots, stands for now."""
     first, *fields = name.split(".")
     found = scope[first] if first in scope else vars(builtins)[first]
     for field in fields:

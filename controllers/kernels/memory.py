@@ -18,26 +18,7 @@ POINTER = np.dtype(np.intp)
 
 
 class Memory:
-    """One nested named tuple in memory.
-
-    Parameters
-    ----------
-    value : NamedTuple
-        What it holds at first. Its arrays are not copied: what compiled code writes into them stands in the
-        arrays.
-    kind : Hashable, optional
-        Its :func:`structure`, where that is known.
-
-    Attributes
-    ----------
-    address : int
-        Where it begins.
-
-    Raises
-    ------
-    TypeError
-        The value holds something else than numbers, arrays and tuples of them, or an integer beyond 64 bits.
-    """
+    """One nested named tuple in memory."""
 
     def __init__(self, value: Any, kind: Hashable = None) -> None:
         self._allocate(value, structure(value) if kind is None else kind)

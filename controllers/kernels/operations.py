@@ -3,16 +3,14 @@
 import ast
 import math
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from controllers.kernels.language import call, natural
+from controllers.kernels.subscripts import Subscripts
 from controllers.kernels.types import BOOLEAN, INTEGER, REAL, Array
 from controllers.kernels.values import UNARY, Value
-
-if TYPE_CHECKING:
-    from controllers.kernels.expressions import Expressions
 
 MATHEMATICS: dict[Any, tuple[str, int]] = {
     math.exp: ("exp", 1),
@@ -37,24 +35,24 @@ MATHEMATICS: dict[Any, tuple[str, int]] = {
 }
 """Functions of ``math.h``, which every machine has, and how many arguments they take."""
 
-Translation = Callable[["Expressions", ast.Call, list[Value]], Value]
+Translation = Callable[[Subscripts, ast.Call, list[Value]], Value]
 
 
-def operation(expressions: "Expressions", node: ast.Call, function: Any) -> Value:
+def operation(expressions: Subscripts, node: ast.Call, function: Any) -> Value:
     """Return what one of ``MATHEMATICS`` or ``OPERATIONS`` gives."""
     values = expressions.spread(node.args)
     if node.keywords:
-        raise expressions.kernel.refusal(node, f"{ast.unparse(node)}: give the values one by one")
+        raise expressions.refusal(node, "{}: give the values one by one")
     count = (MATHEMATICS if function in MATHEMATICS else OPERATIONS)[function][1]
     if count is not None and len(values) != count:
-        raise expressions.kernel.refusal(node, f"{ast.unparse(node)} must have {count} arguments")
+        raise expressions.refusal(node, f"{{}} must have {count} arguments")
     if function in MATHEMATICS:
         texts = [expressions.as_real(node, value).text for value in values]
         return Value(expressions.unit.library(MATHEMATICS[function][0], *texts), REAL)
     return OPERATIONS[function][0](expressions, node, values)
 
 
-def _absolute(expressions: "Expressions", node: ast.Call, values: list[Value]) -> Value:
+def _absolute(expressions: Subscripts, node: ast.Call, values: list[Value]) -> Value:
     if values[0].type == INTEGER:  # of the least one, itself
         return Value(expressions.unit.helper("absolute_integer", values[0].text), INTEGER)
     return Value(expressions.unit.library("fabs", expressions.as_real(node, values[0]).text), REAL)
@@ -63,7 +61,7 @@ def _absolute(expressions: "Expressions", node: ast.Call, values: list[Value]) -
 def _test(name: str) -> Translation:
     """Return the translation of a test of a real number."""
 
-    def translate(expressions: "Expressions", node: ast.Call, values: list[Value]) -> Value:
+    def translate(expressions: Subscripts, node: ast.Call, values: list[Value]) -> Value:
         return Value(f"{name}({expressions.as_real(node, values[0]).text})", BOOLEAN)
 
     return translate
@@ -72,9 +70,9 @@ def _test(name: str) -> Translation:
 def _choice(name: str) -> Translation:
     """Return the translation of the largest or smallest of values: of equal ones, or beside no number, the first."""
 
-    def translate(expressions: "Expressions", node: ast.Call, values: list[Value]) -> Value:
+    def translate(expressions: Subscripts, node: ast.Call, values: list[Value]) -> Value:
         if len(values) < 2:
-            raise expressions.kernel.refusal(node, f"{ast.unparse(node)}: give the values one by one")
+            raise expressions.refusal(node, "{}: give the values one by one")
         integers = all(value.type == INTEGER for value in values)
         chosen, *others = values if integers else [expressions.as_real(node, value) for value in values]
         text = chosen.text
@@ -85,12 +83,12 @@ def _choice(name: str) -> Translation:
     return translate
 
 
-def _integer(expressions: "Expressions", node: ast.Call, values: list[Value]) -> Value:
+def _integer(expressions: Subscripts, node: ast.Call, values: list[Value]) -> Value:
     (value,) = values
     if value.type == INTEGER:
         return value
     if value.type not in (REAL, BOOLEAN):
-        raise expressions.kernel.refusal(node, f"{ast.unparse(node)} is no number")
+        raise expressions.refusal(node, "{} is no number")
     if value.type == BOOLEAN or expressions.unit.fixed:
         return Value(f"(int64_t){value.within(UNARY)}", INTEGER, UNARY, natural=value.type == BOOLEAN)
     return Value(expressions.unit.helper("whole_number", value.text), INTEGER)
@@ -99,7 +97,7 @@ def _integer(expressions: "Expressions", node: ast.Call, values: list[Value]) ->
 def _rounded(name: str) -> Translation:
     """Return the translation of what makes an integer of a number by rounding down or up."""
 
-    def translate(expressions: "Expressions", node: ast.Call, values: list[Value]) -> Value:
+    def translate(expressions: Subscripts, node: ast.Call, values: list[Value]) -> Value:
         if values[0].type == INTEGER:
             return values[0]
         text = expressions.unit.library(name, expressions.as_real(node, values[0]).text)
@@ -108,25 +106,25 @@ def _rounded(name: str) -> Translation:
     return translate
 
 
-def _real(expressions: "Expressions", node: ast.Call, values: list[Value]) -> Value:
+def _real(expressions: Subscripts, node: ast.Call, values: list[Value]) -> Value:
     return expressions.as_real(node, values[0])
 
 
-def _truth(expressions: "Expressions", node: ast.Call, values: list[Value]) -> Value:
+def _truth(expressions: Subscripts, node: ast.Call, values: list[Value]) -> Value:
     if values[0].type != BOOLEAN:
-        raise expressions.kernel.refusal(node, f"{ast.unparse(node)} is no truth value; compare it, as in x != 0.0")
+        raise expressions.refusal(node, "{} is no truth value; compare it, as in x != 0.0")
     return values[0]
 
 
-def _natural(expressions: "Expressions", node: ast.Call, values: list[Value]) -> Value:
+def _natural(expressions: Subscripts, node: ast.Call, values: list[Value]) -> Value:
     value = _integer(expressions, node, values)
     return Value(value.text, INTEGER, value.rank, value.constant, natural=True)
 
 
-def _call_address(expressions: "Expressions", node: ast.Call, values: list[Value]) -> Value:
+def _call_address(expressions: Subscripts, node: ast.Call, values: list[Value]) -> Value:
     address, parameters, state, row = values
     if row.type != Array(REAL, (None,)):
-        raise expressions.kernel.refusal(node, f"{ast.unparse(node)}: the last argument must be an array of numbers")
+        raise expressions.refusal(node, "{}: the last argument must be an array of numbers")
     function = f"((void (*)(void *, void *, double *, int64_t))(intptr_t){address.within(UNARY)})"
     places = ", ".join(f"(void *)(intptr_t){place.within(UNARY)}" for place in (parameters, state))
     expressions.scope.writes += 1

@@ -15,24 +15,13 @@ from controllers.kernels.unit import Unit
 
 
 class Translation(NamedTuple):
-    """A kernel translated once, of which machine code is kept.
+    """A kernel translated once, of which machine code is kept."""
 
-    Attributes
-    ----------
-    files : tuple of pair
-        Each file that a kernel stands in, relative to the packages' folder where it is one of theirs, and a hash of it.
-    meanings : dict
-        What each global name stood for, by module and name.
-    result : Type, optional
-        What the kernel gives.
-    library : str
-        Name of the library's file.
-    """
-
+    # each file that a kernel stands in, relative to the packages' folder where it is one of theirs, and a hash of it
     files: tuple[tuple[str, str], ...]
-    meanings: dict[tuple[str, str], str]
-    result: Type | None
-    library: str
+    meanings: dict[tuple[str, str], str]  # what each global name stood for, by module and name
+    result: Type | None  # what the kernel gives
+    library: str  # name of the library's file
 
     def holds(self) -> bool:
         """Tell whether all that it was made of is as it was."""

@@ -11,13 +11,7 @@ from controllers.kernels.values import Value
 
 
 class ResultNames:
-    """Names them after the docstring's returns, the variables returned, or what they are.
-
-    Parameters
-    ----------
-    name : str
-        Name of the function in C; its results are a struct named after it.
-    """
+    """Names them after the docstring's returns, the variables returned, or what they are."""
 
     def __init__(self, name: str) -> None:
         self.name = name

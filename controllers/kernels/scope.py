@@ -15,27 +15,13 @@ Path = tuple[tuple[int, str], ...]
 
 @dataclass
 class Variable:
-    """A local variable or an argument.
+    """A local variable or an argument."""
 
-    Attributes
-    ----------
-    name : str
-        Its name in C.
-    type : Type
-        Its type.
-    pointer : bool
-        Whether it is a pointer to a record that stays as it is.
-    constant : float, optional
-        Its value, where that is a number that is known at translation.
-    natural : bool
-        Whether it is an integer that is known not to be negative.
-    """
-
-    name: str
-    type: Type
-    pointer: bool = False
-    constant: float | None = None
-    natural: bool = False
+    name: str  # its name in C
+    type: Type  # its type
+    pointer: bool = False  # whether it is a pointer to a record that stays as it is
+    constant: float | None = None  # its value, where that is a number that is known at translation
+    natural: bool = False  # whether it is an integer that is known not to be negative
 
 
 @dataclass
@@ -65,35 +51,13 @@ Item = tuple[int, "str | Declaration | Unused"]
 
 @dataclass
 class Scope:
-    """Variables of one function and the lines of its body.
+    """Variables of one function and the lines of its body."""
 
-    Attributes
-    ----------
-    kernel : Kernel
-        The function.
-    variables : dict
-        Variables by their name in Python.
-    lines : list
-        Depth and text of each line so far.
-    depth : int
-        Depth of the line that comes next.
-    conditional : int
-        How many expressions are open of which C may leave out a part.
-    given : set of str
-        Variables that have a value at the present place, by whatever way it is reached.
-    ended : bool
-        Whether nothing can follow at the present place.
-    writes : int
-        How often arrays are changed in place so far.
-    loops : list of Loop
-        Loops around the present place, innermost last.
-    """
-
-    kernel: Kernel
-    variables: dict[str, Variable] = field(default_factory=dict)
-    lines: list[Item] = field(default_factory=list)
-    depth: int = 1
-    conditional: int = 0
+    kernel: Kernel  # the function
+    variables: dict[str, Variable] = field(default_factory=dict)  # variables by their name in Python
+    lines: list[Item] = field(default_factory=list)  # depth and text of each line so far
+    depth: int = 1  # depth of the line that comes next
+    conditional: int = 0  # how many expressions are open of which C may leave out a part
 
     def __post_init__(self) -> None:
         self.counters: set[str] = set()

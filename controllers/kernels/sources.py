@@ -32,24 +32,12 @@ INSTEAD: dict[Any, str] = {
 
 @dataclass(frozen=True)
 class Kernel:
-    """One function to translate.
+    """One function to translate."""
 
-    Attributes
-    ----------
-    function : callable
-        The function.
-    tree : ast.FunctionDef
-        Its syntax; line numbers are those of the file.
-    path : str
-        Its file, relative to the folder that holds the package.
-    file : Path
-        Its file.
-    """
-
-    function: Callable[..., Any]
-    tree: ast.FunctionDef
-    path: str
-    file: Path
+    function: Callable[..., Any]  # the function
+    tree: ast.FunctionDef  # its syntax; line numbers are those of the file
+    path: str  # its file, relative to the folder that holds the package
+    file: Path  # its file
 
     @property
     def name(self) -> str:
@@ -62,8 +50,10 @@ class Kernel:
         return _comments(self.file)
 
     def refusal(self, node: ast.AST, problem: str) -> NotTranslatable:
-        """Return the error for a node that has no translation; the problem says what to write instead."""
-        return NotTranslatable(f"{self.path}:{getattr(node, 'lineno', self.tree.lineno)}: {self.name}: {problem}")
+        """Return the error for a node, shown in place of {}, that has no translation; it says what to write instead."""
+        line = getattr(node, "lineno", self.tree.lineno)
+        text = problem.replace("{}", ast.unparse(node)) if "{}" in problem else problem
+        return NotTranslatable(f"{self.path}:{line}: {self.name}: {text}")
 
 
 @dataclass(frozen=True)
@@ -103,13 +93,7 @@ def _comments(path: Path) -> dict[int, tuple[str, bool]]:
 
 @cache
 def read_kernel(function: Callable[..., Any]) -> Kernel:
-    """Return the source of a kernel.
-
-    Raises
-    ------
-    NotTranslatable
-        There is no source, or it is no plain function, or not the only one of its name.
-    """
+    """Return the source of a kernel."""
     try:
         path = inspect.getsourcefile(function)
         lines, first = inspect.getsourcelines(function)
@@ -132,13 +116,7 @@ def read_kernel(function: Callable[..., Any]) -> Kernel:
 
 
 def resolve(kernel: Kernel, node: ast.expr) -> Any:
-    """Return what a name outside of a kernel, or a member of it, stands for: a function, a class, a constant.
-
-    Raises
-    ------
-    NotTranslatable
-        It is not known.
-    """
+    """Return what a name outside of a kernel, or a member of it, stands for: a function, a class, a constant."""
     scope = kernel.function.__globals__
     if isinstance(node, ast.Name) and node.id in scope:
         value = scope[node.id]
@@ -157,7 +135,7 @@ def resolve(kernel: Kernel, node: ast.expr) -> Any:
     remedy = "pass it as an argument or make it a module constant"
     if isinstance(node, ast.Name) and hasattr(builtins, node.id):
         remedy = INSTEAD.get(getattr(builtins, node.id), "call mathematics or kernels")
-    raise kernel.refusal(node, f"{ast.unparse(node)} is not known; {remedy}")
+    raise kernel.refusal(node, f"{{}} is not known; {remedy}")
 
 
 def _constant(module: str, name: str, value: Any) -> Constant:

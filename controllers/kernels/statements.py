@@ -3,8 +3,8 @@
 import ast
 
 from controllers.kernels.assignments import Assignments
+from controllers.kernels.calls import Calls
 from controllers.kernels.comments import plain
-from controllers.kernels.expressions import Expressions
 from controllers.kernels.loops import loop_header
 from controllers.kernels.results import ResultNames
 from controllers.kernels.scope import Loop, Path, Variable
@@ -16,17 +16,9 @@ ANNOTATED = {"float": REAL, "int": INTEGER, "bool": BOOLEAN}
 
 
 class Statements(Assignments):
-    """Translates the body of one function.
+    """Translates the body of one function."""
 
-    Parameters
-    ----------
-    expressions : Expressions
-        Translates its expressions.
-    names : ResultNames
-        Names of what it returns, where that is several values.
-    """
-
-    def __init__(self, expressions: Expressions, names: ResultNames) -> None:
+    def __init__(self, expressions: Calls, names: ResultNames) -> None:
         super().__init__(expressions)
         self.names = names
         returns = self.kernel.tree.returns
@@ -45,7 +37,7 @@ class Statements(Assignments):
             statements = statements[1:]
         self.block(statements, ())
         if not self.scope.ended and self.result is not None:
-            raise self.kernel.refusal(self.kernel.tree, "it must return a value at its end, as it does elsewhere")
+            raise self.refusal(self.kernel.tree, "it must return a value at its end, as it does elsewhere")
 
     @property
     def constant(self) -> int | None:
@@ -99,7 +91,7 @@ class Statements(Assignments):
                 allowed = "assignments, if, for over a range, return and calls"
                 if isinstance(statement, ast.While):
                     allowed += "; in firmware a loop over a range replaces while"
-                raise self.kernel.refusal(statement, f"{shown!r} has no translation; there are {allowed}")
+                raise self.refusal(statement, f"{shown!r} has no translation; there are {allowed}")
 
     def _own_comments(self, statement: ast.stmt) -> None:
         """Write the comment lines that stand above a statement."""
@@ -192,7 +184,7 @@ class Statements(Assignments):
         test = self.expressions.condition(statement.test)
         self.scope.conditional -= 1
         if statement.orelse:
-            raise self.kernel.refusal(statement, "while has no translation with else")
+            raise self.refusal(statement, "while has no translation with else")
         before = set(self.scope.given)
         if test.constant is False:
             return
@@ -218,14 +210,13 @@ class Statements(Assignments):
         self.scope.ended = True
         if node is None or (isinstance(node, ast.Constant) and node.value is None):
             if self.result is not None:
-                raise self.kernel.refusal(statement, "it must return a value at its end, as it does elsewhere")
+                raise self.refusal(statement, "it must return a value at its end, as it does elsewhere")
             self._gives_nothing = True
             self.scope.emit("return;")
             return
         if self._gives_nothing:
             shown = ast.unparse(statement)
-            problem = f"{shown!r} must return what other returns do, and that must have a value"
-            raise self.kernel.refusal(statement, problem)
+            raise self.refusal(statement, f"{shown!r} must return what other returns do, and that must have a value")
         if isinstance(node, ast.Tuple) and not any(isinstance(item, ast.Starred) for item in node.elts):
             values = [self.expressions.translate(item) for item in node.elts]
             self._return_several(statement, values)
@@ -235,7 +226,7 @@ class Statements(Assignments):
             self._return_several(statement, self.items(node, value, len(value.type.fields)))
             return
         if value.type is None:
-            raise self.kernel.refusal(statement, "a shape or a tuple of constants cannot be returned")
+            raise self.refusal(statement, "a shape or a tuple of constants cannot be returned")
         self._agree(statement, value.type)
         self.constants.append(
             value.constant if self.result == value.type and value.type in (INTEGER, BOOLEAN) else None
@@ -257,5 +248,4 @@ class Statements(Assignments):
         if self.result is None:
             self.result = kind
         elif self.result != kind and not (self.result == REAL and kind == INTEGER):
-            problem = f"{ast.unparse(statement)!r}: all returns must give values of the same types"
-            raise self.kernel.refusal(statement, problem)
+            raise self.refusal(statement, f"{ast.unparse(statement)!r}: all returns must give values of the same types")

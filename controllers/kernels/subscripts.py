@@ -1,35 +1,25 @@
-"""Elements, rows, sizes and items in C: what stands in brackets, or is spread by a star."""
+"""Fields, elements, rows, sizes and items in C: what stands behind a dot or in brackets, or is spread by a star."""
 
 import ast
-from typing import TYPE_CHECKING
 
+from controllers.kernels.expressions import Expressions
 from controllers.kernels.types import INTEGER, Array, Line, Record
 from controllers.kernels.values import PRIMARY, PRODUCT, Value
 
-if TYPE_CHECKING:
-    from controllers.kernels.scope import Scope
-    from controllers.kernels.sources import Kernel
-    from controllers.kernels.unit import Unit
 
+class Subscripts(Expressions):
+    """Translates what takes values out of others, and tuples."""
 
-class Subscripts:
-    """The part of :class:`~controllers.kernels.expressions.Expressions` that takes values out of others."""
-
-    unit: "Unit"
-    scope: "Scope"
-    kernel: "Kernel"
-
-    def translate(self, node: ast.expr) -> Value:
-        """Return an expression in C."""
-        raise NotImplementedError
-
-    def placed(self, node: ast.AST, value: Value) -> Value:
-        """Return a value that is a place in memory."""
-        raise NotImplementedError
-
-    def known(self, node: ast.AST, found: object) -> Value:
-        """Return a constant of a module."""
-        raise NotImplementedError
+    def _attribute(self, node: ast.Attribute) -> Value:
+        if self.is_global(node):
+            return self.known(node, self.unit.resolved(self.kernel, node))
+        owner = self.translate(node.value)
+        if isinstance(owner.type, Array) and node.attr in ("size", "shape"):
+            return self.extent(owner, node.attr)
+        try:
+            return owner.member(node.attr)
+        except (TypeError, KeyError) as error:
+            raise self.refusal(node, f"{ast.unparse(node.value)} has no field {node.attr}") from error
 
     def extent(self, owner: Value, attribute: str) -> Value:
         """Return ``size`` or ``shape`` of an array."""
@@ -51,7 +41,7 @@ class Subscripts:
         """Return the element that a subscript takes out of what stands before it."""
         indices = node.slice.elts if isinstance(node.slice, ast.Tuple) else [node.slice]
         if any(isinstance(index, ast.Slice) for index in indices):
-            raise self.kernel.refusal(node, f"{ast.unparse(node)} is a slice; write a loop over a range")
+            raise self.refusal(node, "{} is a slice; write a loop over a range")
         for index in indices:
             owner = self._element(node, owner, index)
         return owner
@@ -59,11 +49,11 @@ class Subscripts:
     def _element(self, node: ast.Subscript, owner: Value, index: ast.expr) -> Value:
         place = self.translate(index)
         if place.type != INTEGER:
-            raise self.kernel.refusal(node, f"index {ast.unparse(index)} must be an integer")
+            raise self.refusal(node, f"index {ast.unparse(index)} must be an integer")
         if owner.type is None or isinstance(owner.type, Record):
             return self._item(node, owner, place)
         if not isinstance(owner.type, Line | Array):
-            raise self.kernel.refusal(node, f"{ast.unparse(node)}: there are no elements in a number")
+            raise self.refusal(node, "{}: there are no elements in a number")
         if not owner.root and (isinstance(owner.type, Line) or len(owner.type.shape) > 1):
             owner = self.placed(node, owner)
         return owner.element(self._from_start(node, owner, place))
@@ -80,7 +70,7 @@ class Subscripts:
                 return place.text
             return self.unit.helper("from_start", place.text, size.text or str(length))
         if length is not None and not -length <= place.constant < length:
-            raise self.kernel.refusal(node, f"{ast.unparse(node)} is outside of its {length} elements")
+            raise self.refusal(node, f"{{}} is outside of its {length} elements")
         if place.constant >= 0:
             return place.text
         return f"{size.text} - {-place.constant}" if length is None else str(length + place.constant)
@@ -89,8 +79,7 @@ class Subscripts:
         """Return an item of a tuple of constants, a shape or a record, whose place must be known."""
         items = owner.type.fields if isinstance(owner.type, Record) else owner.constant or ()
         if place.constant is None or not -len(items) <= place.constant < len(items):
-            problem = f"{ast.unparse(node)} must have one constant place, within its {len(items)} items"
-            raise self.kernel.refusal(node, problem)
+            raise self.refusal(node, f"{{}} must have one constant place, within its {len(items)} items")
         item = items[place.constant]
         if isinstance(owner.type, Record):
             return owner.member(item[0])
@@ -114,15 +103,26 @@ class Subscripts:
             for place, end in enumerate((node.slice.lower, node.slice.upper)):
                 ends[place] = None if end is None else self.translate(end).constant
                 if end is not None and ends[place] is None:
-                    raise self.kernel.refusal(node, f"{ast.unparse(node)}: the ends of a slice must be constants")
+                    raise self.refusal(node, "{}: the ends of a slice must be constants")
             node = node.value
         return self.items(node, self.translate(node))[slice(*ends)]
 
     def items(self, node: ast.AST, owner: Value) -> list[Value]:
         """Return all items of a tuple."""
         if not isinstance(owner.type, Line | Record):
-            raise self.kernel.refusal(node, f"{ast.unparse(node)} is no tuple")
+            raise self.refusal(node, "{} is no tuple")
         owner = self.placed(node, owner)
         if isinstance(owner.type, Record):
             return [owner.member(name) for name, _ in owner.type.fields]
         return [owner.element(str(place)) for place in range(owner.type.length)]  # type: ignore[union-attr]
+
+    def _tuple(self, node: ast.Tuple) -> Value:
+        """Return a tuple of values of one type; those that a function returns are made by its return statement."""
+        values = self.spread(node.elts)
+        kinds = {value.type for value in values}
+        if len(kinds) != 1 or None in kinds:
+            raise self.refusal(node, "{}: a tuple must hold values of one type; use a NamedTuple")
+        kind = kinds.pop()
+        assert kind is not None
+        line = Line(kind, len(values))
+        return Value(f"({self.unit.c_type(line)}){{{{{', '.join(value.content for value in values)}}}}}", line)

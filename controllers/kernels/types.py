@@ -96,23 +96,7 @@ def makes_itself(origin: Any) -> bool:
 
 
 def type_of(value: Any, where: str = "", *, sizes: bool = False, values: bool = False) -> Type:
-    """Return the type of a sample value.
-
-    Parameters
-    ----------
-    value : object
-        The sample.
-    where : str, optional
-        Its name, for the error.
-    sizes, values : bool, optional
-        Whether the sizes of arrays, and the values of numbers and truth values, are part of the type.
-
-    Raises
-    ------
-    NotTranslatable
-        It is neither a number, a contiguous array of double precision, int64 or bool, nor a tuple of such of one type
-        or with names; or an integer beyond 64 bits, or of a class that makes something else of its fields.
-    """
+    """Return the type of a sample value."""
     if isinstance(value, bool | np.bool_):
         return Scalar(BOOLEAN.kind, bool(value)) if values else BOOLEAN
     if isinstance(value, int | np.integer):

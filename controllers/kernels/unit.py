@@ -6,14 +6,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from controllers.kernels.calls import Calls
 from controllers.kernels.comments import WIDTH, block_comment, described, summary
 from controllers.kernels.errors import NotTranslatable
-from controllers.kernels.functions import Function, translate_function
 from controllers.kernels.literals import Precision
 from controllers.kernels.meanings import meaning
-from controllers.kernels.names import c_name, function_name
-from controllers.kernels.sources import Constant, Kernel, read_kernel, resolve
+from controllers.kernels.names import c_name
+from controllers.kernels.sources import Constant, Kernel, resolve
 from controllers.kernels.types import BOOLEAN, INTEGER, REAL, Array, Line, Record, Scalar, Type
 from controllers.kernels.values import Value, open_name
 
@@ -22,6 +20,19 @@ Known = float | str | None
 
 Key = tuple[Callable[..., Any], tuple[Type, ...], tuple[Known, ...]]
 """A kernel with the types of its arguments, and what is known of them."""
+
+
+@dataclass(frozen=True)
+class Function:
+    """A function of C."""
+
+    name: str  # its name
+    result: Type | None  # what it returns; none for one that changes arrays in place only
+    kernel: Kernel  # what it was translated from
+    text: str  # its definition with its comment
+    writes: bool  # whether it changes arrays in place
+    constant: int | None = None  # what it returns, where that is an integer or truth value that is known at translation
+    natural: bool = False  # whether what it returns is known to be not negative
 
 
 @dataclass(frozen=True)
@@ -34,31 +45,12 @@ class Struct:
 
 
 class Unit:
-    """Collects what kernels need, in an order that C takes.
-
-    Parameters
-    ----------
-    precision : Precision
-        How real numbers are written.
-    prefix : str
-        Begins the names of all structs that stem from named tuples.
-    fixed : bool
-        Whether it is firmware: sizes are part of the types, known integers decide branches, comments are kept, every
-        loop has a known length. Otherwise sizes are known at run time, and one translation serves all of them.
-
-    Attributes
-    ----------
-    files : set of Path
-        Files that the kernels stand in.
-    meanings : dict
-        What each global name that they ask for stands for, by module and name.
-    """
+    """Collects what kernels need, in an order that C takes."""
 
     def __init__(self, precision: Precision, prefix: str, *, fixed: bool) -> None:
         self.precision = precision
         self.prefix = prefix
         self.fixed = fixed
-        self.calls = Calls()
         self.structs: dict[Type, Struct] = {}
         self.functions: dict[Key, Function] = {}
         self.constants: dict[str, Constant] = {}
@@ -168,33 +160,5 @@ class Unit:
         constants: tuple[Known, ...] = (),
         caller: tuple[Kernel, Any] | None = None,
     ) -> Function:
-        """Return a kernel in C for arguments of some types; it is translated when it is first met.
-
-        Arguments that are known integers, such as sizes, decide branches within it, as they do at the call.
-
-        Raises
-        ------
-        NotTranslatable
-            It has no translation.
-        """
-        key = (function, kinds, constants or (None,) * len(kinds))
-        if key not in self.functions:
-            kernel = read_kernel(function)
-            if function in self._pending and caller is not None:
-                raise caller[0].refusal(caller[1], f"{kernel.name} calls itself; write a loop over a range")
-            self._pending.append(function)
-            self.files.add(kernel.file)
-            self.functions[key] = translate_function(self, kernel, kinds, key[2], self._function_name(function))
-            self._pending.pop()
-        return self.functions[key]
-
-    def _function_name(self, function: Callable[..., Any]) -> str:
-        taken = {made.name: origin for (origin, _, _), made in self.functions.items()}
-        name = function_name(function.__name__)
-        if name in taken and taken[name] is not function:
-            name = f"{function.__module__.rpartition('.')[2]}_{name}"
-        count, base = 1, name
-        while name in taken:
-            count += 1
-            name = f"{base}_{count}"
-        return name
+        """Return a kernel in C for arguments of some types; it is translated when it is first met."""
+        raise NotImplementedError

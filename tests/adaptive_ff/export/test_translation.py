@@ -19,7 +19,7 @@ from controllers.kernels.errors import NotTranslatable
 from controllers.kernels.helpers import helper_texts
 from controllers.kernels.literals import DOUBLE
 from controllers.kernels.types import REAL, Line, Record, type_of
-from controllers.kernels.unit import Unit
+from controllers.kernels.functions import Translator
 
 
 def translated(text, tmp_path, monkeypatch, *arguments, name="kernel", with_structs=False):
@@ -31,7 +31,7 @@ def translated(text, tmp_path, monkeypatch, *arguments, name="kernel", with_stru
     function = getattr(importlib.import_module(module), name)
     try:
         kinds = tuple(type_of(argument, sizes=True) for argument in arguments)
-        unit = Unit(DOUBLE, "x", fixed=True)
+        unit = Translator(DOUBLE, "x", fixed=True)
         whole = unit.function(function, kinds)
         parts = (
             (*unit.structs.values(), *unit.functions.values()) if with_structs else (whole, *unit.functions.values())
