@@ -11,7 +11,7 @@ from controllers.kernels.language import natural
 
 def row_of(i: int) -> int:
     """Return where row ``i`` begins; its element ``j <= i`` stands ``j`` places behind."""
-    return natural(i * (i + 1) // 2)
+    return natural(i) * (natural(i) + 1) // 2
 
 
 def packed(matrix: Any) -> MutableArray:

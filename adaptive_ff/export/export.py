@@ -11,11 +11,10 @@ from adaptive_ff.export.buffer import layout_hash, payload_size
 from adaptive_ff.export.errors import NotExportable, exporting
 from adaptive_ff.export.leaves import Leaf, leaves
 from adaptive_ff.export.sample import Recording, check_exportable, new_one, record, regressor_leaf, restarted, switches
-from adaptive_ff.export.single import SINGLE
 from controllers import ESTIMATES, STEPS, Controller, Inputs, Output
 from controllers.checks import checked_switch
 from controllers.kernels.functions import Translator
-from controllers.kernels.literals import DOUBLE
+from controllers.kernels.literals import DOUBLE, SINGLE
 from controllers.kernels.names import FILES, RESERVED
 from controllers.kernels.types import REAL, Array, Record, type_of
 from controllers.kernels.unit import Function

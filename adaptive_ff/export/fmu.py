@@ -12,14 +12,12 @@ from pathlib import Path
 from adaptive_ff.export.errors import compile_export
 from adaptive_ff.export.export import Export
 from adaptive_ff.export.fmu_source import fmu_source, regressor_count
-from adaptive_ff.export.header import header
 from adaptive_ff.export.leaves import value_at
 from adaptive_ff.export.rendering import rendered
 from adaptive_ff.export.sample import optional_inputs
-from adaptive_ff.export.source import source
-from adaptive_ff.export.units import estimate_unit, field_units
+from adaptive_ff.export.source import estimate_unit, header, source
 from controllers import Inputs, Output
-from controllers.kernels.comments import plain, section
+from controllers.kernels.comments import plain, section, unit
 from controllers.kernels.compiler import compiler
 
 PLATFORMS = {
@@ -59,16 +57,17 @@ class Variable:
 
 def fmu_variables(export: Export) -> list[Variable]:
     """Return the variables in their order; value references count them from zero."""
-    units, described = field_units(Inputs), section(Inputs, "Attributes")
+    described = section(Inputs, "Attributes")
+    units = {name: unit(text) for name, text in described.items()}
     for name in optional_inputs():  # else one who connects it alone would not learn that it is not used
         described[name] = f"Used only while {name}_known is true. {described[name]}"
     reals = [(name, "input", described[name], units[name], "0") for name in export.input_names if name != "dt"]
     reals += [
         (f"regressors[{i}]", "input", "Further known regressor.", "", "0") for i in range(regressor_count(export))
     ]
-    output_units, outputs = field_units(Output), section(Output, "Attributes")
+    outputs = section(Output, "Attributes")
     reals += [
-        (name if name not in export.input_names else f"{name}_out", "output", outputs[name], output_units[name], "")
+        (name if name not in export.input_names else f"{name}_out", "output", outputs[name], unit(outputs[name]), "")
         for name, _ in export.output.fields
     ]
     reals += [
@@ -80,8 +79,8 @@ def fmu_variables(export: Export) -> list[Variable]:
         state = value_at(export.controller.state, switch.leaves[0].path)
         flags.append((switch.name, switch.doc, "true" if state else "false"))
     found = [
-        Variable(name, "Real", place, causality, plain(text), unit if unit in UNITS else "", start)
-        for place, (name, causality, text, unit, start) in enumerate(reals)
+        Variable(name, "Real", place, causality, plain(text), in_unit if in_unit in UNITS else "", start)
+        for place, (name, causality, text, in_unit, start) in enumerate(reals)
     ]
     found += [
         Variable(name, "Boolean", place, "input", plain(text), "", start)

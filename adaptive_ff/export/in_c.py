@@ -10,8 +10,7 @@ from adaptive_ff.errors import InputError
 from adaptive_ff.export.buffer import state_from_bytes, state_to_bytes
 from adaptive_ff.export.errors import compile_export
 from adaptive_ff.export.export import Export
-from adaptive_ff.export.header import header
-from adaptive_ff.export.source import source
+from adaptive_ff.export.source import header, source
 from controllers import Controller, Output
 from controllers.native import declined
 

@@ -10,9 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from adaptive_ff.export.export import Export
-from adaptive_ff.export.header import header
 from adaptive_ff.export.sample import made_up_inputs
-from adaptive_ff.export.source import source
+from adaptive_ff.export.source import header, source
 from controllers import Inputs
 
 PREFIX = "drive"

@@ -1,8 +1,7 @@
 """Numbers as C writes them, in double or in single precision."""
 
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -23,8 +22,6 @@ class Precision:
 
     real: str  # C type of a real number
     suffix: str  # suffix of literals and of functions of ``math.h``
-    # values of constants of kernels that are others in this precision, by their names in C
-    other: Mapping[str, float] = field(default_factory=dict)
 
     def literal(self, value: float | bool, where: str = "a number") -> str:
         """Return a constant as C writes it; the shortest text that reads back as the same number."""
@@ -49,9 +46,5 @@ class Precision:
         """Return one of the two macros of ``math.h``, which are single, without a promotion to warn of."""
         return text if self.suffix else f"({self.real}){text}"
 
-    def constant(self, name: str, value: float | bool) -> str:
-        """Return a constant of a kernel, by its name in C, as C writes it."""
-        return self.literal(self.other.get(name, value), name)
 
-
-DOUBLE = Precision("double", "")
+DOUBLE, SINGLE = Precision("double", ""), Precision("float", "f")

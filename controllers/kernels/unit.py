@@ -115,9 +115,10 @@ class Unit:
 
     def _record_text(self, kind: Record, name: str) -> str:
         texts = described(kind.origin) if kind.origin and self.fixed else {}
-        lines = []
+        lines, last = [], ""
         for field, item in kind.fields:
-            text = texts.get(field, "")
+            said = texts.get(field, "")
+            text, last = "" if said == last else said, said  # what is said of several stands at the first
             declared = self.declaration(item, c_name(field))
             beside = f"    {declared}; /* {text} */"
             if text and len(beside) <= WIDTH and "*/" not in text:

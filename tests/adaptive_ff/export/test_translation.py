@@ -12,14 +12,13 @@ from exports import DELAYED, SCENARIO, SIZES, WARNINGS, adaptive, adaptive_varia
 from adaptive_ff.comparison.own import Foreign
 from adaptive_ff.export.errors import NotExportable
 from adaptive_ff.export.export import Export
-from adaptive_ff.export.single import SINGLE
 from adaptive_ff.export.source import source
 from controllers import STEPS
 from controllers.kernels.errors import NotTranslatable
-from controllers.kernels.helpers import helper_texts
-from controllers.kernels.literals import DOUBLE
-from controllers.kernels.types import REAL, Line, Record, type_of
 from controllers.kernels.functions import Translator
+from controllers.kernels.helpers import helper_texts
+from controllers.kernels.literals import DOUBLE, SINGLE
+from controllers.kernels.types import REAL, Line, Record, type_of
 
 
 def translated(text, tmp_path, monkeypatch, *arguments, name="kernel", with_structs=False):
