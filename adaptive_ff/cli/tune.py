@@ -8,6 +8,8 @@ import typer
 from adaptive_ff.cli.options import Output, ScenarioFile
 from adaptive_ff.cli.output import bars
 
+LOAD = 0.4
+
 
 def tune_command(
     scenario: ScenarioFile = None,
@@ -17,6 +19,12 @@ def tune_command(
     ] = None,
     seeds: Annotated[int, typer.Option(min=1, max=100, help="Number of seeds to report on, from 1 on.")] = 5,
     tuning_seeds: Annotated[int, typer.Option(min=1, help="Number of seeds to choose on, from 101 on.")] = 3,
+    load: Annotated[
+        float,
+        typer.Option(
+            min=0.0, max=1.0, help="Step of the load to stand, over the torque limit; 0 if the joint sees none."
+        ),
+    ] = LOAD,
     stiffness: Annotated[
         float,
         typer.Option(
@@ -30,8 +38,9 @@ def tune_command(
 ) -> None:
     """Find the bandwidth that suits each controller: margins, noise, stiffness and error over that of the PI loop.
 
-    Two errors are weighed: the settled one, and the one in the 5 s after a step of the load of 0.4 of the torque limit.
-    Recommended is where the larger of their ratios to what pi leaves at its best bandwidth is least.
+    Two errors are weighed: the settled one, and the one in the 5 s after a step of the load (--load).
+    Recommended is where the larger of their ratios to what pi leaves at its best bandwidth is least; a smaller --load
+    recommends a slower, quieter loop.
     """
     from adaptive_ff.comparison.own_bandwidth import FIRST_TUNING_SEED
     from adaptive_ff.files import write_csv
@@ -47,6 +56,7 @@ def tune_command(
             study = study_bandwidths(
                 loaded,
                 controller or STUDIED,
+                load=load,
                 stiffness=stiffness,
                 tuning_seeds=range(FIRST_TUNING_SEED, FIRST_TUNING_SEED + tuning_seeds),
                 reported_seeds=range(1, seeds + 1),
@@ -63,6 +73,6 @@ def tune_command(
         results.write(
             "tune.json", study.to_dict(), shown, figures, further=further, title=title, details=page, source=source
         )
-        results.shown.append(
-            f'Picture, tune.csv and tune.json are in {output.out}; bandwidth = "auto" in a scenario uses the best ones.'
-        )
+        weighed = f"Weighed for a load of {load:g} of the torque limit (--load; 0 if the joint sees none)."
+        auto = ' bandwidth = "auto" in a scenario uses the best ones.' if (load, stiffness) == (LOAD, 0.0) else ""
+        results.shown.append(f"{weighed}{auto} Picture, tune.csv and tune.json are in {output.out}")

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from adaptive_ff.comparison.running import drive_over
-from adaptive_ff.scenario.loop import load_step, tried_bandwidths
+from adaptive_ff.scenario.loop import LOAD_FRACTION, load_step, tried_bandwidths
 from adaptive_ff.scenario.scenario import Scenario
 from adaptive_ff.simulation.experiment import NO_POSITION_LOOP, RunSetup, build_setup
 from adaptive_ff.simulation.metrics import settled_start
@@ -100,12 +100,12 @@ def with_bandwidth(scenario: Scenario, bandwidth: float) -> Scenario:
     return Scenario.model_validate({**content, "feedback": {**kept, "bandwidth": float(bandwidth)}})
 
 
-def loaded(scenario: Scenario) -> Scenario:
-    """Return a scenario with a step of the load three quarters of the way from its last change to the end."""
+def loaded(scenario: Scenario, load: float = LOAD_FRACTION) -> Scenario:
+    """Return a scenario with a step of the load, of the rated torque, at three quarters of the time since a change."""
     begin = scenario.last_change
     last = scenario.change[-1].model_dump(exclude_unset=True) if scenario.change else {}
     time = begin + 0.75 * (float(scenario.sample_steps[-1]) * scenario.joint.solver_period - begin)
-    step = {**last, "time": time, "load": last.get("load", 0.0) + load_step(scenario)}
+    step = {**last, "time": time, "load": last.get("load", 0.0) + load_step(scenario, load)}
     return scenario.modified(change=[*(one.model_dump(exclude_unset=True) for one in scenario.change), step])
 
 

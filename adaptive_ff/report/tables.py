@@ -242,7 +242,7 @@ def standstill_table(results: Results) -> Table | None:
 
 def loops_table(study: BandwidthStudy) -> Table:
     """Return what the PI loop is like at each bandwidth: margins, noise, stiffness, and whether it hunts."""
-    axis, step = study.scenario.joint.axis, load_step(study.scenario)
+    axis, step = study.scenario.joint.axis, load_step(study.scenario, study.load)
     columns: Columns = {
         **{"bandwidth": ("Hz", 3), "Ms": ("", 3), "phase": ("°", 2)},
         **{"noise torque": (axis_unit(axis, "N m"), 3), "noise speed": (axis_unit(axis, "rad/s"), 3)},

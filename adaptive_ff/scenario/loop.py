@@ -81,13 +81,13 @@ def tried_bandwidths(scenario: "Scenario", fraction: float = 1.0) -> list[float]
     return [fastest / STEP**step for step in reversed(range(count))]
 
 
-def load_step(scenario: "Scenario") -> float:
-    """Return the load (N m) that a loop is to stand; without a rated torque it is the joint's stiction."""
+def load_step(scenario: "Scenario", load: float = LOAD_FRACTION) -> float:
+    """Return the load (N m) that a loop is to stand, of the rated torque; where none is given, 0.4 is the stiction."""
     limit = scenario.actuator.torque_limit
-    return scenario.joint.stiction if limit is None else LOAD_FRACTION * limit
+    return scenario.joint.stiction * (load / LOAD_FRACTION) if limit is None else load * limit
 
 
-def loop_at(scenario: "Scenario", bandwidth: float) -> LoopAtBandwidth:
+def loop_at(scenario: "Scenario", bandwidth: float, load: float = LOAD_FRACTION) -> LoopAtBandwidth:
     """Return what the PI loop of a scenario is like at a bandwidth (Hz).
 
     Rounding errors of an encoder are taken as independent and even, and go through what makes a velocity of them.
@@ -119,7 +119,7 @@ def loop_at(scenario: "Scenario", bandwidth: float) -> LoopAtBandwidth:
         noise_velocity=noise * velocity,
         friction_velocity=2.0 * joint.coulomb * math.sqrt(REVERSALS * energy),
         angle_lost=1.0 / design.integral,
-        peak_speed=load_step(scenario) * float(np.max(np.abs(yielded))),
+        peak_speed=load_step(scenario, load) * float(np.max(np.abs(yielded))),
     )
 
 

@@ -24,7 +24,7 @@ from adaptive_ff.comparison.verdict import KNOW_THE_TRUTH
 from adaptive_ff.errors import InputError
 from adaptive_ff.reported import WORTH, Reported
 from adaptive_ff.scenario.axis_units import axis_unit
-from adaptive_ff.scenario.loop import LoopAtBandwidth, loop_at, tried_bandwidths
+from adaptive_ff.scenario.loop import LOAD_FRACTION, LoopAtBandwidth, loop_at, tried_bandwidths
 from adaptive_ff.scenario.scenario import Scenario
 from adaptive_ff.simulation.experiment import build_setup
 from adaptive_ff.studies.study import Found, run_study
@@ -48,6 +48,7 @@ class BandwidthStudy(Reported):
     """Errors over the bandwidth."""
 
     scenario: Scenario  # the scenario
+    load: float  # step of the load, over the rated torque
     loops: list[LoopAtBandwidth]  # the PI loop at each bandwidth that was tried
     # errors of each controller over these bandwidths, on the seeds that the choice is made on
     own: dict[str, OwnBandwidth]
@@ -97,6 +98,7 @@ class BandwidthStudy(Reported):
         """Return the study as ``adaptive-ff tune --json`` writes it."""
         return {
             "scenario": self.scenario.model_dump(mode="json", exclude_none=True),
+            "load": self.load,
             "loops": [{key: _plain(value) for key, value in loop._asdict().items()} for loop in self.loops],
             "controllers": {
                 name: {
@@ -132,6 +134,7 @@ def study_bandwidths(
     scenario: Scenario,
     controllers: Sequence[str] = STUDIED,
     *,
+    load: float = LOAD_FRACTION,
     stiffness: float = 0.0,
     tuning_seeds: Sequence[int] = TUNING_SEEDS,
     reported_seeds: Sequence[int] = REPORTED_SEEDS,
@@ -140,8 +143,8 @@ def study_bandwidths(
 ) -> BandwidthStudy:
     """Find the bandwidth that suits each controller; ``pi`` is always among them.
 
-    Chosen on some seeds and reported on others, of loops at least so stiff: load over the angle that is lost, ``Ki``, N
-    m/rad.
+    Chosen on some seeds and reported on others, for a step of the load (over the rated torque, 0 where there is none),
+    of loops at least so stiff: load over the angle that is lost, ``Ki``, N m/rad.
     """
     for name in controllers:
         if name not in CONTROLLERS:
@@ -154,7 +157,7 @@ def study_bandwidths(
         )
     names = list(dict.fromkeys([BASELINE, *controllers]))
     tried, seeds = tried_bandwidths(scenario), len(tuning_seeds)
-    loops = [loop_at(scenario, bandwidth) for bandwidth in tried]
+    loops = [loop_at(scenario, bandwidth, load) for bandwidth in tried]
     allowed = [loop.integral >= stiffness for loop in loops]
     if not any(allowed):
         unit = axis_unit(scenario.joint.axis, "N m/rad")
@@ -165,7 +168,7 @@ def study_bandwidths(
     trials = {f"{bandwidth}, {seed}": (bandwidth, seed) for bandwidth in tried for seed in tuning_seeds}
     fraction = len(trials) / (len(trials) + len(reported_seeds))
     found = run_study(
-        partial(_trial, scenario),
+        partial(_trial, scenario, load),
         trials,
         names,
         workers=workers,
@@ -177,7 +180,7 @@ def study_bandwidths(
     for name in names:
         own[name] = own_bandwidth(tried, errors[name], own.get(BASELINE), allowed)
     reported = run_study(
-        partial(_reported, scenario, {name: one.best for name, one in own.items()}),
+        partial(_reported, scenario, load, {name: one.best for name, one in own.items()}),
         {str(seed): seed for seed in reported_seeds},
         names,
         workers=workers,
@@ -187,22 +190,22 @@ def study_bandwidths(
     medians = {name: np.median([one[name] for one in reported.values()], axis=0).tolist() for name in names}
     own_errors = {name: Errors(*pair[0]) for name, pair in medians.items()}
     common_errors = {} if scenario.feedback.is_auto else {name: Errors(*pair[1]) for name, pair in medians.items()}
-    return BandwidthStudy(scenario, loops, own, own_errors, common_errors)
+    return BandwidthStudy(scenario, load, loops, own, own_errors, common_errors)
 
 
-def _trial(scenario: Scenario, trial: tuple[float, int], names: list[str]) -> Found:
+def _trial(scenario: Scenario, load: float, trial: tuple[float, int], names: list[str]) -> Found:
     """Return the errors of controllers at a bandwidth (Hz) and a seed."""
     bandwidth, seed = trial
-    at = loaded(with_bandwidth(scenario.modified(seed=seed), bandwidth))
+    at = loaded(with_bandwidth(scenario.modified(seed=seed), bandwidth), load)
     setup = build_setup(at)
     return {name: errors_of(at, CONTROLLERS[name], setup) for name in names}
 
 
-def _reported(scenario: Scenario, best: dict[str, float], seed: int, names: list[str]) -> Found:
+def _reported(scenario: Scenario, load: float, best: dict[str, float], seed: int, names: list[str]) -> Found:
     """Return the errors of controllers at their own bandwidths and, where there is one, the scenario's."""
     at = scenario.modified(seed=seed)
     loops = {name: [with_bandwidth(at, best[name]), *([] if scenario.feedback.is_auto else [at])] for name in names}
-    return {name: [errors_of(loaded(one), CONTROLLERS[name]) for one in loops[name]] for name in names}
+    return {name: [errors_of(loaded(one, load), CONTROLLERS[name]) for one in loops[name]] for name in names}
 
 
 def _plain(value: Any) -> Any:

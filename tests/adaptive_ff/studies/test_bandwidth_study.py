@@ -1,5 +1,6 @@
 """Study of bandwidths: the loop at each, the errors, its table and picture, and the command."""
 
+import inspect
 import json
 import math
 
@@ -9,6 +10,7 @@ from command_line import refusal, run_command_line
 from scenario_files import short, write_scenario
 
 from adaptive_ff import InputError, load_scenario, simulate
+from adaptive_ff.cli.tune import tune_command
 from adaptive_ff.report.tables import best_table, errors_table, loops_table
 from adaptive_ff.scenario.loop import loop_at, noise_response
 from adaptive_ff.scenario.scenario import Scenario
@@ -135,6 +137,17 @@ def test_bound_on_the_stiffness_leaves_slow_loops_out():
         study_bandwidths(short, ["pi"], stiffness=1e9, **options)
 
 
+def test_a_joint_that_sees_no_load_is_weighed_without_one(study):
+    found = study_bandwidths(SHORT, ["disturbance_observer"], load=0.0, tuning_seeds=[101], reported_seeds=[1])
+    own, weighed = found.own["disturbance_observer"], study.own["disturbance_observer"]
+    assert own.errors == weighed.errors  # before the step
+    assert np.all(np.array(own.loaded) < np.array(weighed.loaded))
+    run = simulate(SHORT.modified(seed=1, feedback={"bandwidth": own.best}), "disturbance_observer")
+    assert found.own_errors["disturbance_observer"] == parts(run)
+    assert {loop.peak_speed for loop in found.loops} == {0.0}
+    assert inspect.signature(tune_command).parameters["load"].default == study.load
+
+
 def test_peak_speed_after_a_load_is_that_of_a_run_without_friction():
     content = load_scenario().model_dump(exclude_unset=True)
     joint = {**content["joint"], "coulomb": 0.0, "stiction": 0.0, "viscous": 0.0, "friction_lag": 0.0}
@@ -156,14 +169,17 @@ def test_wrong_arguments_are_refused():
 
 def test_command_prints_tables_and_writes_files(tmp_path):
     scenario = write_scenario(tmp_path, {**short(), "duration": 2.0})
-    options = ("--controller", "pi", "--seeds", 1, "--tuning-seeds", 1, "--out", tmp_path / "out", "--report")
+    seeds = ("--seeds", 1, "--tuning-seeds", 1)
+    options = ("--controller", "pi", "--load", 0.25, *seeds, "--out", tmp_path / "out", "--report")
     outcome = run_command_line("tune", scenario, *options)
     assert outcome.status == 0, outcome.err
     assert "sensor noise" not in outcome.out
     assert "over pi" in outcome.out
+    assert "Weighed for a load of 0.25 of the torque limit" in outcome.out
     assert "sensor noise" in (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
     assert {path.name for path in (tmp_path / "out").iterdir()} == {"tune.png", "tune.csv", "tune.json", "report.html"}
     content = json.loads((tmp_path / "out" / "tune.json").read_text())
+    assert content["load"] == 0.25
     best = content["controllers"]["pi"]["best_bandwidth"]
     assert best in [loop["bandwidth"] for loop in content["loops"]]
     assert math.isfinite(content["controllers"]["pi"]["own_error"])
