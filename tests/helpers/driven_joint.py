@@ -1,17 +1,19 @@
 """A joint driven by a controller from one's own loop, with whatever a test puts on it."""
 
-import itertools
 import math
 from typing import NamedTuple
 
 import numpy as np
 
-from controllers import PositionLoop
+from adaptive_ff import WITH_OFFSET, AdaptiveController
+from controllers import pi_gains
 from plant import Joint, JointModel
 
 PERIOD, STEPS, NOISE = 0.01, 5, 0.002
 
 FRICTION = {"coulomb": 60.0, "stiction": 90.0, "viscous": 80.0, "stribeck_velocity": 0.05, "friction_lag": 0.02}
+
+GAINS = pi_gains(20.0, 10.0)
 
 
 class Driven(NamedTuple):
@@ -64,34 +66,19 @@ def drive(controller, joint, begin, end, *, load=None, limit=math.inf, clamped=N
     return Driven(*np.array(rows).T)
 
 
-def behind_a_position_loop(
-    controller, plan, *, period, bandwidth, inertia, friction, noise, weight=None, given=None, seed=101
-):
-    """Move a joint that sticks without any stiction along planned velocities, behind a position loop.
-
-    ``friction`` is that of Coulomb, N m, ``weight(k, position)`` a load at a sample, ``given`` are further arguments of
-    a step. Returns the velocity errors (rad/s) and the torques (N m) at the samples.
-    """
-    outer = PositionLoop(PositionLoop.design(period=period, bandwidth=bandwidth).gain)
-    noises = noise * np.random.default_rng(seed).standard_normal(len(plan))
-    velocity, position, planned, torque, rows, step = 0.0, 0.0, 0.0, None, [], period / STEPS
-    for k, (reference, following) in enumerate(itertools.pairwise(plan)):
-        arguments = {"next_reference": following, "correction": outer.step(planned, position), **(given or {})}
-        error = reference - velocity
-        torque = controller.step(reference, velocity + noises[k], realised_torque=torque, **arguments)
-        rows.append((error, torque))
-        for _ in range(STEPS):
-            pull = 0.0 if weight is None else weight(k, position)
-            pushed = velocity + step * (torque - pull) / inertia
-            velocity = math.copysign(max(0.0, abs(pushed) - step * friction / inertia), pushed)
-            position += step * velocity
-        planned += 0.5 * period * (reference + following)
-    return np.array(rows).T
-
-
 def reference_joint(**changes):
     """Return the joint of the package's scenario, with a coarse solver."""
     return Joint(JointModel(**{"inertia": 20.0, "solver_period": PERIOD / STEPS, **FRICTION, **changes}))
+
+
+def make(parameters=WITH_OFFSET, **options):
+    """Make an adaptive controller for it."""
+    return AdaptiveController(*GAINS, PERIOD, inertia=20.0, stribeck_velocity=0.05, parameters=parameters, **options)
+
+
+def known_position(time, position):
+    """Position as an argument of a step."""
+    return position
 
 
 def rms(series):

@@ -9,25 +9,14 @@ from closed_loops import SCENARIO
 from adaptive_ff import PER_DIRECTION, WITH_OFFSET, AdaptiveController, TorqueModel, run_in_c, simulate
 from adaptive_ff.adaptive.arguments import MOST_REGRESSORS
 from adaptive_ff.report.diagnosis import map_sentences
-from controllers import PI, pi_gains
-from tests.helpers.driven_joint import PERIOD, drive, reference_joint, rms
+from controllers import PI
+from tests.helpers.driven_joint import GAINS, PERIOD, drive, known_position, make, reference_joint, rms
 
-GAINS = pi_gains(20.0, 10.0)
 END = 40.0
-
-
-def make(parameters=WITH_OFFSET, **options):
-    return AdaptiveController(
-        *GAINS, PERIOD, inertia=20.0, stribeck_velocity=0.05, parameters=parameters, torque_limit=400.0, **options
-    )
 
 
 def late(run):
     return rms(run.error[run.time > 0.5 * END])
-
-
-def known_position(time, position):
-    return position
 
 
 def test_a_column_that_is_made_up_is_learnt_fed_saved_and_exported():

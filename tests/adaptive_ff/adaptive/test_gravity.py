@@ -5,18 +5,16 @@ import math
 import numpy as np
 import pytest
 
-from adaptive_ff import PER_DIRECTION_WITH_GRAVITY, WITH_GRAVITY, WITH_OFFSET, AdaptiveController
-from controllers import PI, pi_gains
-from tests.helpers.driven_joint import PERIOD, drive, reference_joint, rms
+from adaptive_ff import PER_DIRECTION_WITH_GRAVITY, WITH_GRAVITY, WITH_OFFSET
+from controllers import PI
+from tests.helpers import driven_joint
+from tests.helpers.driven_joint import GAINS, PERIOD, drive, known_position, reference_joint, rms
 
-GAINS = pi_gains(20.0, 10.0)
 END = 40.0
 
 
 def make(parameters=WITH_GRAVITY, **options):
-    return AdaptiveController(
-        *GAINS, period=PERIOD, inertia=20.0, stribeck_velocity=0.05, parameters=parameters, **options
-    )
+    return driven_joint.make(parameters, **options)
 
 
 def weight(time, position):
@@ -25,10 +23,6 @@ def weight(time, position):
 
 def settled(run):
     return rms(run.error[run.time > 0.6 * END])
-
-
-def known_position(time, position):
-    return position
 
 
 @pytest.fixture(scope="module")

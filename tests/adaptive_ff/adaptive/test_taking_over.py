@@ -1,17 +1,20 @@
 """Taking over and letting go: bumpless start, feedforward on and off, first model, torque limit, brake."""
 
+import itertools
 import math
 
 import numpy as np
 import pytest
 
 from adaptive_ff import WITH_GRAVITY, WITH_OFFSET, AdaptiveController, TorqueModel
-from controllers import PI, pi_gains
+from controllers import PI, PositionLoop
 from tests.helpers.driven_joint import (
+    GAINS,
     NOISE,
     PERIOD,
-    behind_a_position_loop,
+    STEPS,
     drive,
+    make,
     noise_at,
     plan,
     reference_joint,
@@ -19,14 +22,7 @@ from tests.helpers.driven_joint import (
     slope,
 )
 
-GAINS = pi_gains(20.0, 10.0)
 TRUE = TorqueModel(20.0, 60.0, 90.0, 80.0, 0.02, 0.05, 1.0)
-
-
-def make(parameters=WITH_OFFSET, **options):
-    return AdaptiveController(
-        *GAINS, period=PERIOD, inertia=20.0, stribeck_velocity=0.05, parameters=parameters, **options
-    )
 
 
 def learnt(controller):
@@ -126,15 +122,22 @@ def error_after_rests_under_a_load(controller, weights):
     Each weight (N m, by the cosine of the position) hangs on the joint from the begin of a rest of 2 s on, and is moved
     to and fro for 5 s. The position is not told.
     """
-    period, length = 0.004, 1750
+    period, length, inertia, friction = 0.004, 1750, 2.0, 8.0
     once = [math.sin(0.8 * math.pi * max(0.0, k * period - 2.0)) for k in range(length)]
-    errors, _ = behind_a_position_loop(
-        controller,
-        [*(once * len(weights)), 0.0],
-        **{"period": period, "bandwidth": 10.0, "inertia": 2.0, "friction": 8.0, "noise": 1e-3},
-        weight=lambda k, position: weights[k // length] * math.cos(position),
-    )
-    return rms(errors.reshape(len(weights), length)[:, 500:])
+    reference, gain = [*(once * len(weights)), 0.0], PositionLoop.design(period=period, bandwidth=10.0).gain
+    outer, noise = PositionLoop(gain), 1e-3 * np.random.default_rng(101).standard_normal(len(reference))
+    velocity, position, planned, torque, errors, step = 0.0, 0.0, 0.0, None, [], period / STEPS
+    for k, (now, following) in enumerate(itertools.pairwise(reference)):
+        given = {"next_reference": following, "correction": outer.step(planned, position), "realised_torque": torque}
+        errors.append(now - velocity)
+        torque = controller.step(now, velocity + noise[k], **given)
+        for _ in range(STEPS):
+            pull = weights[k // length] * math.cos(position)
+            pushed = velocity + step * (torque - pull) / inertia
+            velocity = math.copysign(max(0.0, abs(pushed) - step * friction / inertia), pushed)
+            position += step * velocity
+        planned += 0.5 * period * (now + following)
+    return rms(np.reshape(errors, (len(weights), length))[:, 500:])
 
 
 @pytest.mark.parametrize("weights", [[60.0], [140.0], [-140.0], [30.0, 90.0, 10.0, 90.0]], ids=str)
