@@ -11,6 +11,7 @@ where the log does not identify them, stiction as Coulomb friction and a Stribec
 a sensor of velocity, as noisy as the log's velocity; a drive without limit; the reference repeats until 60 s.
 """
 
+import json
 import tempfile
 from functools import partial
 from pathlib import Path
@@ -98,3 +99,39 @@ def identified(joint: str, controllers: list[str]) -> Found:
 def frictions(count: int = 1, first: int = 1) -> list[Case]:
     """Return the joints for the orders of magnitude of their friction."""
     return [Case(job.name, first, partial(identified, job.name)) for job in JOBS]
+
+
+SERVOS = {"eRob80 50:1": "erob80_50", "eRob80 100:1": "erob80_100", "MX-64": "mx64", "MX-106": "mx106"}
+"""Servos that the authors of github.com/Rhoban/bam (commit 1b5a1ce, Apache-2.0) identified: their model m1."""
+
+PUBLISHED = {
+    # github.com/dfki-ric-underactuated-lab/double_pendulum, commit a6a1242, tmotors_v1.0/model_parameters.yml: shoulder
+    "AK80-6": {"coulomb": 0.093, "viscous": 0.081, "largest": 10.0},
+    # github.com/nielsSkov/masterThesisMatlab, commit 13dd4a8, cartPendulum/initCartPendulum.m: means of two directions
+    "cart": {"inertia": 6.28, "coulomb": (3.021 + 2.746) / 2.0, "viscous": (1.937 + 1.422) / 2.0},
+    # github.com/JuliaComputing/QuanserInterface.jl, commit 0465b39, examples/estimate_friction.jl: breakaway at 0.11 V
+    # of 10 V; torque constant and resistance in src/qube_servo.jl
+    "Qube-Servo": {"coulomb": 0.042 * 0.11 / 8.4, "largest": 0.042 * 10.0 / 8.4},
+}
+"""Frictions that others published, in SI units at the joint."""
+
+
+def quoted(joint: str, controllers: list[str]) -> Found:
+    """Return what others identified on a joint."""
+    (name,) = controllers
+    if joint in SERVOS:
+        file = DATA / "reference_parameters/bam_servo_friction_parameters.json"
+        if not file.is_file():
+            raise ValueError(f"{file.name} is not there; source: github.com/Rhoban/bam")
+        model = json.loads(file.read_text(encoding="utf-8"))[SERVOS[joint]]["m1"]
+        values = {"inertia": model["armature"], "coulomb": model["friction_base"], "viscous": model["friction_viscous"]}
+    else:
+        values = dict(PUBLISHED[joint])
+    if "largest" in values:
+        values["over_largest"] = values["coulomb"] / values["largest"]
+    return {"": {"row": joint}, name: values}
+
+
+def published(count: int = 1, first: int = 1) -> list[Case]:
+    """Return the joints whose friction others published."""
+    return [Case(joint, first, partial(quoted, joint)) for joint in (*SERVOS, *PUBLISHED)]

@@ -1,8 +1,8 @@
 """Exported controllers on processors of drives: compiled, and run under emulation that counts instructions.
 
-The machine of the emulator executes one instruction in a nanosecond of its own time, which its timer of 25 MHz shows to
-40 instructions. It knows no caches and no wait states: the count is of instructions, not of cycles. The stack is what
-has been overwritten of a pattern.
+The machine of an Arm executes one instruction in a nanosecond of its own time, which its timer of 25 MHz shows to 40
+instructions; RISC-V counts them itself. Neither knows caches and wait states: the count is of instructions, not of
+cycles. The stack is what has been overwritten of a pattern.
 """
 
 import re
@@ -22,21 +22,22 @@ STEPS = 3000
 
 
 class Chip(NamedTuple):
-    """A processor: its compiler, the machine that stands for it (none where empty), and the precision."""
+    """A processor: its compiler, the emulator and the machine that stand for it, and the precision."""
 
     command: tuple[str, ...]
-    machine: str
+    machine: tuple[str, ...]
     single: bool
 
 
 M4, M7 = (*ARM, "-mcpu=cortex-m4", "-mfpu=fpv4-sp-d16"), (*ARM, "-mcpu=cortex-m7", "-mfpu=fpv5-d16")
+MPS2, VIRT = ("qemu-system-arm", "-machine"), ("qemu-system-riscv32", "-machine", "virt", "-bios", "none")
 CHIPS = {
-    "Cortex-M4F, single precision": Chip(M4, "mps2-an386", True),
-    "Cortex-M4F, double in software": Chip(M4, "mps2-an386", False),
-    "Cortex-M7, single precision": Chip(M7, "mps2-an500", True),
-    "Cortex-M7, double precision": Chip(M7, "mps2-an500", False),
-    "rv32imafc, single precision": Chip((*RISC, "-march=rv32imafc", "-mabi=ilp32f"), "", True),
-    "rv32imafdc, double precision": Chip((*RISC, "-march=rv32imafdc", "-mabi=ilp32d"), "", False),
+    "Cortex-M4F, single precision": Chip(M4, (*MPS2, "mps2-an386"), True),
+    "Cortex-M4F, double in software": Chip(M4, (*MPS2, "mps2-an386"), False),
+    "Cortex-M7, single precision": Chip(M7, (*MPS2, "mps2-an500"), True),
+    "Cortex-M7, double precision": Chip(M7, (*MPS2, "mps2-an500"), False),
+    "rv32imafc, single precision": Chip((*RISC, "-march=rv32imafc", "-mabi=ilp32f"), VIRT, True),
+    "rv32imafdc, double precision": Chip((*RISC, "-march=rv32imafdc", "-mabi=ilp32d"), VIRT, False),
 }
 
 MAIN = """#include "drive.h"
@@ -44,18 +45,45 @@ MAIN = """#include "drive.h"
 #include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
+static drive_Controller controller;
+#ifdef __riscv
+#define BOTTOM ((uint8_t *)0x80300000)
+#define STACK(top) __asm volatile("mv %0, sp" : "=r"(top))
+#define MASK 0xFFFFFFFFu
+#define EACH 1u
+static uint32_t count(void)
+{
+    uint32_t read;
+    __asm volatile("csrr %0, minstret" : "=r"(read));
+    return read;
+}
+#else
 #define REGISTER(place) (*(volatile uint32_t *)(place))
 #define BOTTOM ((uint8_t *)0x20200000)
-static drive_Controller controller;
+#define STACK(top) __asm volatile("mov %0, sp" : "=r"(top))
+#define MASK 0xFFFFFFu
+#define EACH 40u
+static uint32_t count(void) { return 0u - REGISTER(0xE000E018); }
+int main(void);
+void reset(void)
+{
+    REGISTER(0xE000ED88) |= 0xFu << 20;
+    __asm volatile("dsb\\n isb");
+    REGISTER(0xE000E014) = MASK;
+    REGISTER(0xE000E018) = 0u;
+    REGISTER(0xE000E010) = 5u;
+    extern void initialise_monitor_handles(void);
+    initialise_monitor_handles();
+    exit(main());
+}
+__attribute__((section(".vectors"), used)) static void *const vectors[] = {(void *)0x20300000, (void *)reset};
+#endif
 int main(void)
 {
     uint32_t most = 0, here = 0;
     uint8_t *top, *low = BOTTOM;
-    __asm volatile("mov %0, sp" : "=r"(top));
+    STACK(top);
     drive_init(&controller);
-    REGISTER(0xE000E014) = 0xFFFFFFu;
-    REGISTER(0xE000E018) = 0u;
-    REGISTER(0xE000E010) = 5u;
     while (low < top - 128) *low++ = 0xA5u; /* below what the loop itself takes */
     for (uint32_t k = 0; k < STEPS; k++) {
         drive_Inputs inputs = drive_default_inputs();
@@ -63,24 +91,15 @@ int main(void)
         inputs.reference = (REAL)(0.3 * sin(0.02 * k));
         inputs.next_reference = (REAL)(0.3 * sin(0.02 * (k + 1)));
         inputs.velocity = (REAL)(0.29 * sin(0.02 * k - 0.05));
-        here = REGISTER(0xE000E018);
+        here = count();
         if (drive_step(&controller, &inputs, &output) != DRIVE_OK) return 1;
-        here = (here - REGISTER(0xE000E018)) & 0xFFFFFFu;
+        here = (count() - here) & MASK;
         if (here > most) most = here;
     }
     for (low = BOTTOM; *low == 0xA5u;) low++;
-    printf("%u %u\\n", (unsigned)(40u * most), (unsigned)(top - low));
+    printf("%u %u\\n", (unsigned)(EACH * most), (unsigned)(top - low));
     return 0;
 }
-void reset(void)
-{
-    REGISTER(0xE000ED88) |= 0xFu << 20;
-    __asm volatile("dsb\\n isb");
-    extern void initialise_monitor_handles(void);
-    initialise_monitor_handles();
-    exit(main());
-}
-__attribute__((section(".vectors"), used)) static void *const vectors[] = {(void *)0x20300000, (void *)reset};
 """
 
 LAYOUT = """ENTRY(reset)
@@ -93,6 +112,16 @@ SECTIONS
 }
 """
 
+PLACES = {"flash": 0x80000000, "flash_size": 0x200000, "ram": 0x80200000, "ram_size": 0x200000, "stack_size": 0x1000}
+LINKED = {
+    "qemu-system-arm": ("-T", "layout.ld", "-nostartfiles", "--specs=rdimon.specs"),
+    "qemu-system-riscv32": (
+        *("--oslib=semihost", "--crt0=semihost"),
+        *(f"-Wl,--defsym=__{name}={value:#x}" for name, value in PLACES.items()),
+    ),
+}
+"""How the program of an emulator is linked."""
+
 
 def measured(chip: Chip, kind: str) -> dict[str, float]:
     """Return bytes of code and constants, of the controller, and of the stack of a step, and its most instructions.
@@ -102,8 +131,8 @@ def measured(chip: Chip, kind: str) -> dict[str, float]:
     ValueError
         A compiler or the emulator is not installed.
     """
-    if not found(chip.command[0]) or (chip.machine and not found("qemu-system-arm")):
-        raise ValueError(f"{chip.command[0]} or qemu-system-arm is not installed")
+    if not (found(chip.command[0]) and found(chip.machine[0])):
+        raise ValueError(f"{chip.command[0]} or {chip.machine[0]} is not installed")
     with tempfile.TemporaryDirectory() as place:
         folder = Path(place)
         write_sources(make_controller(load_scenario(), kind), folder, chip.single)
@@ -116,19 +145,18 @@ def measured(chip: Chip, kind: str) -> dict[str, float]:
         ]
         version = _run(folder, chip.command[0], "-dumpfullversion").strip()
         figures = {"flash": float(sizes[0][0]), "ram": float(sizes[1][2]), "gcc": float(version.rpartition(".")[0])}
-        if chip.machine:
-            figures |= _emulated(chip, folder)
-    return figures
+        return figures | _emulated(chip, folder)
 
 
 def _emulated(chip: Chip, folder: Path) -> dict[str, float]:
     real = "float" if chip.single else "double"
     (folder / "main.c").write_text(MAIN.replace("REAL", real).replace("STEPS", str(STEPS)))
     (folder / "layout.ld").write_text(LAYOUT)
-    linked = ("-T", "layout.ld", "-nostartfiles", "--specs=rdimon.specs", "-Wl,--gc-sections", "-lm", "-o", "chip.elf")
+    linked = (*LINKED[chip.machine[0]], "-Wl,--gc-sections", "-lm", "-o", "chip.elf")
     _run(folder, *chip.command, *FLAGS, "main.c", "drive.o", *linked)
-    machine = ("-machine", chip.machine, "-kernel", "chip.elf", "-nographic", "-semihosting", "-monitor", "none")
-    said = _run(folder, "qemu-system-arm", *machine, "-serial", "none", "-icount", "shift=0")
+    said_to = ("-chardev", "stdio,id=said", "-semihosting-config", "enable=on,chardev=said")
+    quiet = ("-kernel", "chip.elf", *said_to, "-display", "none", "-monitor", "none", "-serial", "none")
+    said = _run(folder, *chip.machine, *quiet, "-icount", "shift=0")
     instructions, stack = (float(number) for number in said.split())
     return {"instructions": instructions, "stack": stack}
 
