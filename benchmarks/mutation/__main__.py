@@ -1,17 +1,21 @@
-"""``python -m benchmarks.mutation``: how many small faults of the kernels the tests notice.
+"""``python -m benchmarks.mutation``: how many small faults the tests notice.
 
-Every kernel of the estimator, its regression, the tuning of the lag, the detection of changes, the feedforward, the PI
-loop and the joint's step is mutated, see ``operators``; a sample of the mutants is drawn. Kernels run as plain Python.
-Each mutant is put into a fork of a process that has collected the tests, where those that call the kernel run, the
-quickest first, until one fails.
+Of all small faults (``operators``) of the functions of some rooms a sample is drawn. Each is put first into a fork of a
+process that has collected the tests of these rooms, where all functions run as plain Python and the tests that reach
+its line run, the quickest first; what survives is put into a copy of the tree, where kernels are compiled, for the
+tests that take long in plain Python and those of its room that import its file. Verdicts are kept as they come.
 """
 
+import fcntl
 import importlib
 import os
+import tempfile
 import time
+from collections import Counter
+from collections.abc import Iterator
 from pathlib import Path
 from types import FunctionType
-from typing import Annotated
+from typing import Annotated, Any
 from unittest.mock import patch
 
 # before numpy is loaded; a fork must not find threads waited for that it does not have
@@ -23,101 +27,133 @@ import typer
 from hypothesis import Phase, settings
 
 from adaptive_ff.comparison.registry import CONTROLLERS
+from adaptive_ff.studies.fingerprint import fingerprint
+from adaptive_ff.studies.study import Store
+from benchmarks.mutation.compiled import ROOT, Copy
 from benchmarks.mutation.equivalent import EQUIVALENT
 from benchmarks.mutation.operators import Mutant, mutants
 from benchmarks.mutation.session import Mutation
+from benchmarks.running import KEPT
 
-ROOT = Path(__file__).resolve().parent.parent.parent
-
-ROOMS = ("adaptive_ff/friction", "adaptive_ff/learning", "adaptive_ff/adaptive", "controllers/pi.py", "plant/step.py")
+ROOMS = ("controllers", "plant", "friction", "learning", "adaptive", "identify", "simulation")
 """What is mutated."""
 
-TESTS = (
-    *("adaptive_ff/friction", "adaptive_ff/learning", "adaptive_ff/adaptive", "controllers/test_pi.py"),
-    *("plant/test_step.py", "plant/test_directions.py", "plant/test_changes.py"),
-)
-"""Their tests; those that call a mutated function are found out by calling them."""
+TESTS = ("controllers", "plant", *(f"adaptive_ff/{room}" for room in (*ROOMS[2:], "baselines", "comparison", "replay")))
+"""Folders of the tests that are run."""
 
 LINE_UP = ("pi", "oracle", "adaptive")
-"""Controllers that the tests find; others are identified or tuned in many runs before they are made."""
-
-CLOSED_LOOP = (
-    "after_a_change",
-    "forgotten_at_a_change",
-    "without_a_change",
-    "lag_that_is_not_tuned",
-    "tuned_lag",
-    "than_the_true_lag",
-    "switched_off",
-    "plain_python_equals",
-    "slides_one_way",
-    "joint_that_reverses",
-    "without_the_gate",
-    "gate_needs_its_hold",
-    "vanishes_with_the_period",
-    "for_an_hour",
-    "breaks_away",
-)
-"""Parts of the names of tests that run whole closed loops, which in plain Python takes seconds."""
+"""Controllers that the tests find in plain Python; others are identified or tuned in many runs before they are made."""
 
 OPTIONS = ("-n", "0", "-q", "-p", "no:cacheprovider", "--assert=plain", "--hypothesis-profile", "mutation")
-OPTIONS += ("-k", f"not ({' or '.join(CLOSED_LOOP)})")
 
 PHASES = (Phase.explicit, Phase.generate)
 """What hypothesis does; a failure need not be made small here."""
 
 
-def functions(rooms: tuple[str, ...] = ROOMS) -> dict[str, FunctionType]:
-    """Return the functions of rooms, kernels among them, by their full names."""
-    places, found = [ROOT / room for room in rooms], {}
-    files = [file for place in places for file in ([place] if place.is_file() else place.rglob("*.py"))]
-    for name in sorted(".".join(file.relative_to(ROOT).with_suffix("").parts) for file in files):
-        if not name.endswith("__init__"):
-            listed = vars(importlib.import_module(name)).values()
-            own = [one for one in listed if isinstance(one, FunctionType) and one.__module__ == name]
-            found |= {f"{name}.{function.__name__}": function for function in own}
-    return found
+def room_of(name: str) -> str:
+    """Return the room of a function by its full name."""
+    return name.removeprefix("adaptive_ff.").partition(".")[0]
 
 
-def drawn(found: list[Mutant], count: int, seed: int) -> list[Mutant]:
-    """Return a sample of mutants, in the order in which they are drawn: a run that is cut short is a smaller sample."""
-    return [found[place] for place in np.random.default_rng(seed).permutation(len(found))[:count]]
+def functions() -> dict[str, FunctionType]:
+    """Return the functions and methods of the rooms by their full names."""
+    folders = [ROOT / ("" if room in ("controllers", "plant") else "adaptive_ff") / room for room in ROOMS]
+    found = {}
+    for file in sorted(file for folder in folders for file in folder.rglob("*.py") if file.stem != "__init__"):
+        module = importlib.import_module(".".join(file.relative_to(ROOT).with_suffix("").parts))
+        for function in _functions_in(module, module.__name__):
+            if function.__code__.co_filename == str(file) and not function.__code__.co_freevars:
+                found[f"{module.__name__}.{function.__qualname__}"] = function
+    return {name: function for name, function in found.items() if "<" not in name}
+
+
+def _functions_in(owner: Any, module: str) -> Iterator[FunctionType]:
+    for value in vars(owner).values():
+        for one in (value, *(getattr(value, name, None) for name in ("fget", "func", "__func__", "__wrapped__"))):
+            if isinstance(one, FunctionType) and one.__module__ == module:
+                yield one
+        if isinstance(value, type) and value.__module__ == module and value is not owner:
+            yield from _functions_in(value, module)
+
+
+def drawn(found: list[Mutant], count: int, seed: int) -> dict[int, Mutant]:
+    """Return a sample of mutants that are not equivalent, in the order in which they are drawn."""
+    order = (found[place] for place in np.random.default_rng(seed).permutation(len(found)))
+    chosen = (mutant for mutant in order if mutant.before != mutant.after and mutant.key not in EQUIVALENT)
+    return {number: mutant for number, mutant in zip(range(count), chosen, strict=False)}
+
+
+class Verdicts:
+    """Verdicts of mutants, kept as they come: the test that noticed each, or None, by stage."""
+
+    def __init__(self, file: Path, mark: str, sample: dict[int, Mutant]) -> None:
+        self.sample, self.store = sample, Store(file, mark)
+        names = ("plain", "compiled")
+        kept = {number: self.store.read(str(mutant.key), names) for number, mutant in sample.items()}
+        self.plain = {number: found["plain"]["test"] for number, found in kept.items() if "plain" in found}
+        self.compiled = {number: found["compiled"]["test"] for number, found in kept.items() if "compiled" in found}
+
+    def add(self, stage: str, number: int, test: str | None) -> None:
+        """Keep a verdict."""
+        getattr(self, stage)[number] = test
+        self.store.add(str(self.sample[number].key), {stage: {"test": test}})
+        done = len(getattr(self, stage))
+        print(
+            f"{stage} {done}, {time.process_time():.0f} s: {self.sample[number].name}: {test}",
+            file=PROGRESS,
+            flush=True,
+        )
+
+    def killed(self, number: int) -> bool:
+        """Tell whether a test noticed a mutant."""
+        return self.plain.get(number) is not None or self.compiled.get(number) is not None
+
+
+PROGRESS = os.fdopen(os.dup(2), "w")
+"""Where progress is told; pytest captures the other, and forks close it."""
+
+
+def run(count: int, seed: int) -> Verdicts:
+    """Draw mutants and try those that have not been tried; another call waits for this one."""
+    KEPT.mkdir(parents=True, exist_ok=True)
+    with (KEPT / "mutants.lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        sample = drawn([one for name, f in functions().items() for one in mutants(name, f)], count, seed)
+        mark = fingerprint(["benchmarks.mutation.__main__"], (ROOT / "tests").rglob("*.py"))
+        verdicts = Verdicts(KEPT / "mutants.jsonl", mark, sample)
+        waiting = [number for number in sample if number not in verdicts.plain]
+        notes = KEPT / f"mutants-{mark}-{count}-{seed}.json"
+        session = Mutation(sample, waiting, notes, lambda number, test: verdicts.add("plain", number, test))
+        settings.register_profile("mutation", deadline=None, derandomize=True, database=None, phases=PHASES)
+        if any(not verdicts.killed(number) and number not in verdicts.compiled for number in sample):
+            with patch.dict(CONTROLLERS, {name: CONTROLLERS[name] for name in LINE_UP}, clear=True):
+                status = pytest.main([*OPTIONS, *(str(ROOT / "tests" / name) for name in TESTS)], [session])
+            if status != pytest.ExitCode.OK:
+                raise typer.Exit(1)
+            with tempfile.TemporaryDirectory() as folder:
+                copy = Copy(Path(folder))
+                for number in sample:
+                    if not verdicts.killed(number) and number not in verdicts.compiled:
+                        verdicts.add("compiled", number, copy.noticed_by(sample[number], session.slow_tests(number)))
+        return verdicts
 
 
 def main(
-    count: Annotated[int, typer.Option(min=1, help="Number of mutants that are drawn.")] = 400,
+    count: Annotated[int, typer.Option(min=1, help="Number of mutants that are drawn.")] = 300,
     seed: Annotated[int, typer.Option(help="Seed of the draw.")] = 1,
-    only: Annotated[str, typer.Option(help="Part of the names of the kernels.")] = "",
-    timing: Annotated[bool, typer.Option(help="Print how long each test takes.")] = False,
 ) -> None:
-    """Print which mutants survive."""
+    """Print which mutants survive, and how many of each room."""
     start = time.monotonic()
-    found = functions()
-    everything = [mutant for name, function in found.items() if only in name for mutant in mutants(function)]
-    alive = [mutant for mutant in everything if mutant.key not in EQUIVALENT]
-    sample = drawn(alive, count, seed)
-    progress = os.dup(2)  # pytest captures the other, and forks close it
-    run = Mutation(found, sample, lambda line: os.write(progress, f"{line}\n".encode()))
-    settings.register_profile("mutation", deadline=None, derandomize=True, database=None, phases=PHASES)
-    files = [str(ROOT / "tests" / name) for name in TESTS]
-    with patch.dict(CONTROLLERS, {name: CONTROLLERS[name] for name in LINE_UP}, clear=True):
-        status = pytest.main([*OPTIONS, *files], [run])
-    if status != pytest.ExitCode.OK:
-        raise typer.Exit(1)
-    if timing:
-        for name, one in sorted(run.noted.items(), key=lambda pair: pair[1].seconds):
-            print(f"{one.seconds:8.3f} {'' if one.passed else 'left out'} {len(one.kernels)} {name}")
+    verdicts = run(count, seed)
+    left = {number: mutant for number, mutant in verdicts.sample.items() if not verdicts.killed(number)}
     for key, reason in EQUIVALENT.items():
         print(f"equivalent: {key[0]}: {key[1]}  ->  {key[2]}: {reason}")
-    for place, mutant in enumerate(sample):
-        if place not in run.killed:
-            print(f"survives: {mutant.module}.{mutant.function}:{mutant.line}: {mutant.before}  ->  {mutant.after}")
-    share = len(run.killed) / max(1, len(sample))
-    print(
-        f"{len(run.killed)} of {len(sample)} mutants killed ({100.0 * share:.1f} %); drawn with seed {seed} from "
-        f"{len(alive)} in {len(found)} functions, {len(EQUIVALENT)} equivalent ones left out; "
-        f"{time.monotonic() - start:.0f} s"
-    )
+    for mutant in sorted(left.values(), key=lambda mutant: mutant.name):
+        print(f"survives: {mutant.name}:{mutant.line}: {mutant.before}  ->  {mutant.after}")
+    every, survivors = (Counter(room_of(one.name) for one in some.values()) for some in (verdicts.sample, left))
+    for room in ROOMS:
+        print(f"{room}: {every[room]} drawn, {survivors[room]} survive")
+    print(f"{len(left)} of {len(verdicts.sample)} mutants survive; {time.monotonic() - start:.0f} s")
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""Mutations of a kernel: each changes one place of its syntax tree.
+"""Mutations of a function: each changes one place of its syntax tree.
 
 What is mutated is arithmetic, comparisons, numbers, ``min``/``max``/``abs``, boolean operators, branches, statements
 that do something in place, and what is returned. Tuning constants at the head of a module stay: they are chosen by
@@ -13,6 +13,7 @@ import inspect
 import textwrap
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from pathlib import Path
 from types import CodeType, FunctionType
 from typing import Any
 
@@ -36,54 +37,84 @@ Place = tuple[str | int, ...]
 
 @dataclass(frozen=True)
 class Mutant:
-    """One change of one kernel.
+    """One change of one function.
 
     Attributes
     ----------
-    module, function : str
-        Where it is.
-    line : int
-        Line in the file.
-    before, after : str
-        The statement that holds the change, without and with it.
+    name : str
+        Full name of the function.
+    function : FunctionType
+        The function.
     place : tuple
         Way to the node from the root of the function's syntax tree.
     changed : ast.AST
         What is put there.
     """
 
-    module: str
-    function: str
-    line: int
-    before: str
-    after: str
+    name: str
+    function: FunctionType
     place: Place
     changed: ast.AST
 
     @property
+    def before(self) -> str:
+        """Line of the statement that holds the change, without it."""
+        return first_line(syntax(self.function), self.place)
+
+    @property
+    def after(self) -> str:
+        """The same line with the change."""
+        return first_line(self._tree(), self.place)
+
+    @property
+    def line(self) -> int:
+        """Line in the file."""
+        body, index = statement(syntax(self.function), self.place)
+        return int(body[index].lineno)
+
+    @property
     def key(self) -> tuple[str, str, str]:
         """What it is known by, whatever stands above it in the file."""
-        return f"{self.module}.{self.function}", self.before, self.after
+        return self.name, self.before, self.after
 
-    def code(self, function: FunctionType) -> CodeType:
-        """Return the code of the mutated function."""
-        tree = copy.deepcopy(syntax(function))
+    def _tree(self) -> ast.FunctionDef:
+        tree = syntax(self.function)
         _put(tree, self.place, self.changed)
-        return compiled_code(tree, function)
+        return tree
+
+    def code(self) -> CodeType:
+        """Return the code of the mutated function."""
+        return compiled_code(self._tree(), self.function)
+
+    def written(self) -> str:
+        """Return the text of its file with the mutated function in it."""
+        lines, first = inspect.getsourcelines(self.function)
+        tree = self._tree()
+        tree.decorator_list = _parsed(self.function).decorator_list
+        indent = lines[0][: len(lines[0]) - len(lines[0].lstrip())]
+        every = Path(self.function.__code__.co_filename).read_text(encoding="utf-8").splitlines(keepends=True)
+        every[first - 1 : first - 1 + len(lines)] = [textwrap.indent(ast.unparse(tree), indent) + "\n"]
+        return "".join(every)
+
+
+def _parsed(function: FunctionType) -> ast.FunctionDef:
+    tree = ast.parse(textwrap.dedent("".join(inspect.getsourcelines(function)[0]))).body[0]
+    assert isinstance(tree, ast.FunctionDef)
+    return tree
 
 
 def syntax(function: FunctionType) -> ast.FunctionDef:
     """Return the syntax tree of a function, without decorators, with the line numbers of its file."""
-    lines, first = inspect.getsourcelines(function)
-    tree = ast.parse(textwrap.dedent("".join(lines))).body[0]
-    assert isinstance(tree, ast.FunctionDef)
-    ast.increment_lineno(tree, first - 1)
+    tree = _parsed(function)
+    ast.increment_lineno(tree, inspect.getsourcelines(function)[1] - 1)
     tree.decorator_list = []
     return tree
 
 
 def compiled_code(tree: ast.FunctionDef, function: FunctionType) -> CodeType:
     """Return the code of a syntax tree that stands in for a function."""
+    tree.args.defaults = [ast.Constant(None) for _ in tree.args.defaults]  # they stay those of the function
+    tree.args.kw_defaults = [node and ast.Constant(None) for node in tree.args.kw_defaults]
     module = ast.fix_missing_locations(ast.Module([tree], []))
     names = dict(function.__globals__)
     flags = __future__.annotations.compiler_flag
@@ -92,28 +123,40 @@ def compiled_code(tree: ast.FunctionDef, function: FunctionType) -> CodeType:
     return code
 
 
-def mutants(function: FunctionType) -> Iterator[Mutant]:
+def mutants(name: str, function: FunctionType) -> Iterator[Mutant]:
     """Yield every mutant of a function."""
     tree = syntax(function)
     for place, node in _nodes(tree.body, ("body",)):
         for changed in _changes(node, tree):
-            mutated = copy.deepcopy(tree)
-            _put(mutated, place, changed)
-            line, before = _statement(tree, place)
-            yield Mutant(
-                function.__module__, function.__name__, line, before, _statement(mutated, place)[1], place, changed
-            )
+            yield Mutant(name, function, place, changed)
 
 
-def _statement(tree: ast.AST, place: Place) -> tuple[int, str]:
-    """Return line and text, the first line of it, of the innermost statement on the way to a place."""
-    found: Any = tree
+def statement(tree: ast.AST, place: Place) -> tuple[list[Any], int]:
+    """Return the innermost statement on the way to a place: the list that it stands in, and where."""
     node: Any = tree
+    found: tuple[list[Any], int] = ([tree], 0)
     for step in place:
-        node = node[step] if isinstance(step, int) else getattr(node, step, None)
-        if isinstance(node, ast.stmt):
-            found = node
-    return getattr(found, "lineno", 0), ast.unparse(ast.fix_missing_locations(found)).splitlines()[0]
+        following = node[step] if isinstance(step, int) else getattr(node, step, None)
+        if isinstance(step, int) and isinstance(following, ast.stmt):
+            found = node, step
+        node = following
+    return found
+
+
+def first_line(tree: ast.AST, place: Place) -> str:
+    """Return the first line of that statement."""
+    body, index = statement(tree, place)
+    return ast.unparse(ast.fix_missing_locations(body[index])).splitlines()[0]
+
+
+def marked_code(mutants: dict[int, Mutant], mark: str) -> CodeType:
+    """Return the code of their function that calls what ``mark`` names with the number of each mutant on its line."""
+    function = next(iter(mutants.values())).function
+    tree = syntax(function)
+    places = [(*statement(tree, mutant.place), number) for number, mutant in mutants.items()]
+    for body, index, number in sorted(places, key=lambda place: -place[1]):
+        body.insert(index, ast.parse(f"{mark}({number})").body[0])
+    return compiled_code(tree, function)
 
 
 def _nodes(node: Any, place: Place) -> Iterator[tuple[Place, ast.AST]]:

@@ -1,6 +1,5 @@
-"""Test runs in forked processes: one that times the tests and notes which kernels they call, then one a mutant."""
+"""Test runs in forked processes: one that notes which lines each test reaches, then one a mutant."""
 
-import ast
 import json
 import math
 import os
@@ -8,22 +7,23 @@ import resource
 import signal
 import sys
 import time
+from collections import defaultdict
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, field
-from types import FunctionType
+from pathlib import Path
 from typing import Any
 
 import pytest
 from _pytest.runner import runtestprotocol
 
-from benchmarks.mutation.operators import Mutant, compiled_code, syntax
+from benchmarks.mutation.operators import Mutant, marked_code
 
-SLOWEST = 2.0
-"""Tests that take longer, s of processor time, are left out, with all other cases of the same test."""
+SLOWEST = 0.5
+"""Tests that take longer in plain Python, s of processor time, are run compiled alone, as all cases of the same."""
 
-MOST = 10.0
-"""Processor time of all tests that a mutant meets at most, s."""
+MOST = 6.0
+"""Processor time of the tests that a mutant meets in plain Python at most, s."""
 
 PATIENCE, GRACE = 3.0, 5.0
 """A mutant is given this many times the time that its tests take without it, and so many seconds."""
@@ -31,7 +31,7 @@ PATIENCE, GRACE = 3.0, 5.0
 LONGEST = 3600.0
 """Processor time of all tests together at most, s."""
 
-CALLED = "_called_by_tests"
+MARK = "_reached_by_tests"
 
 NO_ANSWER = "out of time"
 """What is told of a process that was ended or died."""
@@ -43,21 +43,21 @@ class TooSlow(BaseException):
 
 @dataclass
 class Noted:
-    """What is known of a test.
+    """What is known of a test in plain Python.
 
     Attributes
     ----------
     seconds : float
         How long it takes.
     passed : bool
-        Whether it passes with plain kernels.
-    kernels : list of str
-        The kernels that it calls.
+        Whether it passes, and in time.
+    reached : list of int
+        The mutants whose line it reaches.
     """
 
     seconds: float
     passed: bool
-    kernels: list[str]
+    reached: list[int]
 
 
 @dataclass
@@ -66,94 +66,94 @@ class Mutation:
 
     Attributes
     ----------
-    kernels : dict
-        Functions by their full name.
-    mutants : list of Mutant
-        What is tried.
-    tell : callable
-        Is called with a line for each mutant.
-    killed : dict
-        For each mutant that was noticed, by its place in the list, the test that noticed it.
+    mutants : dict of Mutant
+        What is tried, by number.
+    waiting : list of int
+        Those of them that have not been tried yet.
+    notes : Path
+        File of what each test reaches; read where it is there.
+    found : callable
+        Is called with the number of each mutant and the test that noticed it, or None.
     noted : dict of Noted
-        What each test does with plain kernels.
+        What each test does in plain Python.
     """
 
-    kernels: dict[str, FunctionType]
-    mutants: list[Mutant]
-    tell: Callable[[str], None]
-    killed: dict[int, str] = field(default_factory=dict)
+    mutants: dict[int, Mutant]
+    waiting: list[int]
+    notes: Path
+    found: Callable[[int, str | None], None]
     noted: dict[str, Noted] = field(default_factory=dict)
 
     def pytest_runtestloop(self, session: pytest.Session) -> bool:
-        """Run the tests without a fault, then those that call a mutated kernel for each mutant."""
+        """Run the tests without a fault, then those that reach a mutated line for each mutant."""
         if session.testsfailed:
             raise session.Interrupted(f"{session.testsfailed} files of tests cannot be collected")
         items = {item.nodeid: item for item in session.items}
-        answer = _in_fork(lambda: self._note(items), LONGEST)
-        if answer == NO_ANSWER:
-            raise RuntimeError("the tests without a mutant ended their process")
-        noted, modules = answer
+        if not self.notes.is_file():
+            answer = _in_fork(lambda: self._note(items), LONGEST)
+            if answer == NO_ANSWER:
+                raise RuntimeError("the tests without a mutant ended their process")
+            self.notes.parent.mkdir(parents=True, exist_ok=True)
+            self.notes.write_text(json.dumps(answer), encoding="utf-8")
+        noted, modules = json.loads(self.notes.read_text(encoding="utf-8"))
         for name in modules:  # once here, not in every fork
             if name not in sys.modules and not name.startswith("hypothesis"):
-                _import_quietly(name)
+                with suppress(Exception):
+                    __import__(name)
         self.noted = {name: Noted(*values) for name, values in noted.items()}
-        for place, mutant in enumerate(self.mutants):
-            chosen = self._tests_of(mutant)
+        for number in self.waiting:
+            chosen = self.quick_tests(number)
             limit = GRACE + PATIENCE * sum(self.noted[name].seconds for name in chosen)
-            found = _in_fork(lambda m=mutant, c=chosen: self._try(m, [items[name] for name in c]), limit)
-            if found is not None:
-                self.killed[place] = found
-            self.tell(f"{'killed' if found is not None else 'SURVIVES'} {mutant.module}:{mutant.line}")
+            tests = [items[name] for name in chosen]
+            self.found(number, _in_fork(lambda m=self.mutants[number], t=tests: _try(m, t), limit))
         return True
 
-    def _tests_of(self, mutant: Mutant) -> list[str]:
-        """Return the tests that call the kernel, the quickest first."""
-        kernel = f"{mutant.module}.{mutant.function}"
-        calling = [name for name, one in self.noted.items() if one.passed and kernel in one.kernels]
+    def quick_tests(self, number: int) -> list[str]:
+        """Return the tests that reach the line of a mutant in plain Python, the quickest first."""
+        reaching = [name for name, one in self.noted.items() if one.passed and number in one.reached]
         chosen, left = [], MOST
-        for name in sorted(calling, key=lambda name: self.noted[name].seconds):
+        for name in sorted(reaching, key=lambda name: self.noted[name].seconds):
             left -= self.noted[name].seconds
             if left > 0.0:
                 chosen.append(name)
         return chosen
 
-    def _try(self, mutant: Mutant, items: list[pytest.Item]) -> str | None:
-        function = self.kernels[f"{mutant.module}.{mutant.function}"]
-        function.__code__ = mutant.code(function)
-        for index, item in enumerate(items):
-            following = items[index + 1] if index + 1 < len(items) else None
-            if not _passes(item, following):
-                return item.nodeid
-        return None
+    def slow_tests(self, number: int) -> list[str]:
+        """Return the other tests that reach it."""
+        quick = set(self.quick_tests(number))
+        return [name for name, one in self.noted.items() if number in one.reached and name not in quick]
 
     def _note(self, items: dict[str, pytest.Item]) -> Any:
-        """Return time, verdict and called kernels of each test, and the modules that were loaded."""
-        called: set[str] = set()
-        for name, function in self.kernels.items():
-            tree = syntax(function)
-            function.__globals__[CALLED] = called.add
-            tree.body.insert(0, ast.parse(f"{CALLED}({name!r})").body[0])
-            function.__code__ = compiled_code(tree, function)
-        noted, listed, slow = {}, list(items.values()), set()
+        """Return time, verdict and reached mutants of each test, and the modules that were loaded."""
+        reached: set[int] = set()
+        of_function = defaultdict(dict)
+        for number, mutant in self.mutants.items():
+            of_function[mutant.function][number] = mutant
+        for function, mutants in of_function.items():
+            function.__globals__[MARK] = reached.add
+            function.__code__ = marked_code(mutants, MARK)
+        noted, listed, slow = {}, list(items.values()), {}
         for index, item in enumerate(listed):
-            called.clear()
             case = item.nodeid.partition("[")[0]
-            if case in slow:
+            if case in slow:  # what its first case reached stands for this one, too
+                noted[item.nodeid] = (SLOWEST, False, slow[case])
                 continue
+            reached.clear()
             start = time.process_time()
             passed = _passes(item, listed[index + 1] if index + 1 < len(listed) else None, SLOWEST)
-            noted[item.nodeid] = (time.process_time() - start, passed, sorted(called))
-            if noted[item.nodeid][0] > SLOWEST:
-                slow.add(case)
-            self.tell(f"{noted[item.nodeid][0]:.3f} {passed} {item.nodeid}")
+            seconds = time.process_time() - start
+            noted[item.nodeid] = (seconds, passed, sorted(reached))
+            if seconds > SLOWEST:
+                slow[case] = sorted(reached)
         return noted, sorted(sys.modules)
 
 
-def _import_quietly(name: str) -> None:
-    try:
-        __import__(name)
-    except Exception:
-        return
+def _try(mutant: Mutant, items: list[pytest.Item]) -> str | None:
+    mutant.function.__code__ = mutant.code()
+    for index, item in enumerate(items):
+        if not _passes(item, items[index + 1] if index + 1 < len(items) else None):
+            return item.nodeid
+    return None
 
 
 def _passes(item: pytest.Item, following: pytest.Item | None, limit: float = 0.0) -> bool:

@@ -82,13 +82,13 @@ def simulate_noise(seed: int, *, duration: float = DURATION, corner: float = COR
     return simulate_torque(noise * TORQUE_RMS / np.sqrt(np.mean(noise**2)))
 
 
-def simulate_torque(torque: Array, solver_period: float = SOLVER_PERIOD) -> Data:
+def simulate_torque(torque: Array) -> Data:
     """Simulate the joint, from rest, under torques (N m) held for 10 ms each."""
-    parts = round(PERIOD / solver_period)
+    parts = round(PERIOD / SOLVER_PERIOD)
     held, steps = np.append(0.0, np.repeat(torque, parts)), np.arange(torque.size * parts + 1)
-    velocity = predict(as_row(TRUE), steps, held, np.zeros(steps.size), one_step=False, period=solver_period)
-    commanded, fine = np.append(torque, torque[-1]), velocity[:: round(SOLVER_PERIOD / solver_period)]
-    return Data(PERIOD * np.arange(commanded.size), velocity[::parts], commanded, np.append(0.0, torque), fine)
+    velocity = predict(as_row(TRUE), steps, held, np.zeros(steps.size), one_step=False)
+    commanded = np.append(torque, torque[-1])
+    return Data(PERIOD * np.arange(commanded.size), velocity[::parts], commanded, np.append(0.0, torque), velocity)
 
 
 def deviations(model: TorqueModel) -> dict[str, float]:

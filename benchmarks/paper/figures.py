@@ -7,14 +7,14 @@ import numpy as np
 from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import MultipleLocator, NullLocator
+from matplotlib.ticker import MultipleLocator
 
 from adaptive_ff.friction.model import ESTIMATED, model_friction
 from adaptive_ff.learning.batch import Identification
 from adaptive_ff.learning.stribeck import StribeckFit
 from adaptive_ff.learning.support_points import SupportPoints
-from adaptive_ff.report.style import INK, QUIET, STYLE, Panel, explain_looks, picture
-from benchmarks.paper.data import PERIOD, SOLVER_PERIOD, SYMBOLS, TRUE, Array, Data
+from adaptive_ff.report.style import INK, STYLE, Panel, explain_looks, picture
+from benchmarks.paper.data import PERIOD, SYMBOLS, TRUE, Array, Data
 from benchmarks.paper.drawing import (
     GUIDE,
     SERIES,
@@ -28,24 +28,7 @@ from benchmarks.paper.drawing import (
     running_rms,
 )
 from benchmarks.paper.identification import Online, model_free_run, series_free_run
-from benchmarks.paper.reversal_errors import KINDS, Reversals, fast_reversal, friction, slow_reversal
 
-# Fig. 3
-CREEP = 1e-3  # rad/s; between two samples that are slower, friction is not drawn: it is what the torque makes it
-FAST, SLOW = (5, 8), (7, 13)  # samples shown before and after the reversal was sampled
-SHADES = dict(zip(KINDS, (SERIES["color"], "#b79fd0", "#cfcfcf", "#f0f0f0"), strict=True))
-NAMES = {
-    "spurious sign": (4.9, 18.0, "#ffffff", 0.0),
-    "next sample": (4.75, 64.5, INK, 43.0),
-    "at rest": (1.9, 70.0, INK, 0.0),
-}
-BAND: Look = {"marker": "s", "markersize": 9.0, "linestyle": "none"}
-SPURIOUS: Look = {**BAND, "color": "#e8d9f2", "label": "(4) has the wrong sign"}
-REST: Look = {**BAND, "color": "#ececec", "label": "(4) has none: w(k-1) = 0"}
-SAMPLES: Look = {**SERIES, "marker": "o", "markersize": 4.0, "linestyle": "none", "label": "samples"}
-CHARGED: Look = {**SERIES, "linewidth": 1.4, "label": "friction that (4) charges, F(w(k-1))"}
-TORQUE: Look = {"color": INK, "linewidth": 0.9, "label": "torque u"}
-JOINT: Look = {**TRUTH, "label": "simulated joint: w, F(w)"}
 DOTS: Look = {"marker": "o", "markersize": 3.5}
 
 # Figs 4 and 5
@@ -67,63 +50,24 @@ FITTED: Look = {**TORQUE_FORM, "linewidth": 1.3, "label": "fitted curve"}
 
 
 @rc_context(STYLE)
-def figure_03(data: Data, found: list[Reversals]) -> Figure:
-    """Draw a fast and a slow reversal as (4) sees them, and how the error depends on reversal speed."""
-    figure, axes = canvas([["fast", "slow"], ["fast u", "slow u"], ["shares", "sizes"]], 7.6)
-    for name, sample, shown, title in (
-        ("fast", fast_reversal(data.velocity), FAST, "fast reversal"),
-        ("slow", slow_reversal(data.velocity), SLOW, "reversal through rest"),
+def figure_03(speeds: list[float], found: Sequence[Any]) -> Figure:
+    """Draw how the one-step error of (4) depends on reversal speed (rad/s^2): its parts, and its size on reversals."""
+    figure, axes = canvas([["parts", "sizes"]], 3.6)
+    for kind in found[0].fractions:
+        axes["parts"].plot(speeds, [100.0 * one.fractions[kind] for one in found], **DOTS, label=kind)
+    axes["parts"].set_ylim(0.0, 100.0)
+    label(axes["parts"], "fraction of the squared one-step error of (4) (%)", "reversal speed (rad/s²)")
+    for values, look in (
+        ([one.sizes["reversal"] for one in found], {**SERIES, "label": "(4), sign of w(k-1)"}),
+        ([one.form for one in found], {**TORQUE_FORM, "label": "torque form, simulated"}),
     ):
-        _draw_reversal(axes[name], axes[f"{name} u"], data, sample, shown)
-        label(axes[name], f"{title}: velocity (rad/s)")
-    speeds = [one.speed for one in found]
-    shares = 100.0 * np.array([[one.shares[kind] for one in found] for kind in KINDS])
-    axes["shares"].stackplot(speeds, shares, colors=[SHADES[kind] for kind in KINDS], linewidth=0.0)
-    for name, (x, y, colour, tilt) in NAMES.items():
-        axes["shares"].text(x, y, name, color=colour, fontsize=8.0, ha="center", va="center", rotation=tilt)
-    axes["shares"].set_ylim(0.0, 100.0)
-    label(axes["shares"], "share of the squared one-step error of (4) (%)", "reversal speed (rad/s²)")
-    sizes = {
-        "(4) with the sign of w(k)": ([one.current_sign for one in found], {**SERIES, "linestyle": (0, (4, 2))}),
-        "(4), sign of w(k-1)": ([one.sizes["reversal"] for one in found], SERIES),
-        "torque form, simulated": ([one.form for one in found], TORQUE_FORM),
-    }
-    for name, (values, look) in sizes.items():
-        axes["sizes"].plot(speeds, 1e3 * np.array(values), **{**look, **DOTS, "label": name})
-    axes["sizes"].set(yscale="log", ylim=(0.1, 300.0))
-    axes["sizes"].legend(loc="upper right", fontsize=8.0)
+        axes["sizes"].plot(speeds, 1e3 * np.array(values), **{**look, **DOTS})
+    axes["sizes"].set(yscale="log")
     plain_numbers(axes["sizes"].yaxis)
     label(axes["sizes"], "one-step error on reversals (mrad/s rms)", "reversal speed (rad/s²)")
-    for one in (axes["shares"], axes["sizes"]):
-        one.set(xscale="log", xlim=(speeds[0], speeds[-1]), xticks=range(1, 8))
-        one.xaxis.set_minor_locator(NullLocator())
-        plain_numbers(one.xaxis)
-    explain_looks(figure, [JOINT, SAMPLES, CHARGED, TORQUE, SPURIOUS, REST])
+    for one in axes.values():
+        one.legend(fontsize=8.0)
     return figure
-
-
-def _draw_reversal(upper: Axes, lower: Axes, data: Data, sample: int, shown: tuple[int, int]) -> None:
-    parts = round(PERIOD / SOLVER_PERIOD)
-    first, last = sample - shown[0], sample + shown[1]
-    fine = data.fine_velocity[first * parts : last * parts + 1]
-    fine_time = 1e3 * SOLVER_PERIOD * (np.arange(fine.size) - (sample - first) * parts)
-    time = 1e3 * PERIOD * (np.arange(first, last + 1) - sample)
-    velocity, charged = data.velocity[first : last + 1], friction(data.velocity[first - 1 : last])
-    still = np.abs(velocity) < CREEP
-    resting = np.append(np.repeat(still[:-1] & still[1:], parts), False) | (fine == 0.0)
-    upper.plot(fine_time, fine, **JOINT)
-    upper.plot(time, velocity, **SAMPLES)
-    lower.plot(fine_time, np.where(resting, np.nan, friction(fine)), **JOINT)
-    lower.step(time, charged, where="pre", **CHARGED)
-    lower.step(time, data.acting[first : last + 1], where="pre", **TORQUE)
-    for axes in (upper, lower):
-        axes.axhline(0.0, color=QUIET, linewidth=0.8)
-        axes.set_xlim(time[0], time[-1])
-        for start, end, old, new in zip(time[:-1], time[1:], charged[1:], friction(velocity)[1:], strict=True):
-            if old * new < 0.0 or old == 0.0:
-                axes.axvspan(start, end, color=(SPURIOUS if old else REST)["color"], linewidth=0.0)
-    upper.tick_params(labelbottom=False)
-    label(lower, "torque (N m)", "time (ms)")
 
 
 def figure_04(data: Data, plain: Identification, sliding: Identification, form: Identification) -> Figure:
@@ -162,11 +106,8 @@ def _draw_parameters(axes: Axes, fits: Sequence[tuple[Identification, Look]]) ->
             low, value, high = (100.0 * (end / true - 1.0) for end in (estimate.lower, estimate.value, estimate.upper))
             axes.plot([low, high], [height] * 2, linewidth=2.0, **colour)
             axes.plot([value], [height], "o", markersize=4.0, **colour)
-            side, end, gap = ("right", low, -5.0) if value < 0.0 else ("left", high, 5.0)
-            beside: Any = {"xytext": (gap, 0.0), "textcoords": "offset points", "ha": side, "va": "center"}
-            axes.annotate(f"{value:+.1f}", (end, height), fontsize=7.5, **beside, **colour)
     axes.set_xscale("symlog", linthresh=1.0, linscale=0.7)
-    axes.set(xlim=(-70.0, 22.0), ylim=(len(SYMBOLS) - 0.5, -0.5), xticks=[-30, -10, -3, -1, 0, 1, 3, 10])
+    axes.set(ylim=(len(SYMBOLS) - 0.5, -0.5), xticks=[-30, -10, -3, -1, 0, 1, 3, 10])
     axes.set_yticks(range(len(SYMBOLS)), list(SYMBOLS.values()))
     plain_numbers(axes.xaxis)
     axes.grid(axis="y", visible=False)
@@ -211,10 +152,6 @@ def figure_05(data: Data, online: Online) -> Figure:
     for panel in axes[1:]:
         panel.set_yscale("log")
         plain_numbers(panel.yaxis)
-    top = 1.3 * axes[0].get_ylim()[1]
-    axes[0].set_ylim(top=top)
-    note: Any = {"xytext": (4.0, -8.0), "textcoords": "offset points", "fontsize": 8.0, "color": QUIET}
-    axes[0].annotate("the paper's transients have vanished", (PAPER_TRANSIENT, top), **note)
     return figure
 
 

@@ -3,7 +3,7 @@
 The paper prints a mean sampling time of about 22 ms with periodic outliers up to almost twice that, a multisine of 0.01
 to 1 Hz and velocities of 1 to 20 deg/s. What it leaves open is chosen here and stands with the constants. One thing
 is simpler than on the robot: there a fast loop runs behind the interface that is read out; here the loop itself runs at
-the samples, so the torque between them is known. ``drive_behind_interface`` does it the other way.
+the samples, so the torque between them is known.
 """
 
 from functools import cache
@@ -99,16 +99,3 @@ def drive(setup: RunSetup, controller: Controller | None = None, *, current_step
         steps,
         setup.reference - record.velocity,
     )
-
-
-def drive_behind_interface(seed: int) -> Drive:
-    """Run the PI loop at 1 kHz and read current and velocity out at the samples: what happens in between is lost."""
-    setup = build_robot_setup(seed)
-    count = setup.reference.size - 1
-    noise = NOISE * np.random.default_rng([seed, 2]).standard_normal(count)
-    every = build_plain_setup(SCENARIO.joint, np.arange(count + 1), setup.reference, noise, SCENARIO.actuator)
-    fine = drive(every, PI(*GAINS, SOLVER_PERIOD))
-    read = setup.samples[:-1]
-    torque = fine.commanded[read]
-    series = (fine.time[read], fine.reference[read], fine.velocity[read])
-    return Drive(*series, torque, torque, read, fine.tracking_error)

@@ -171,6 +171,5 @@ NOTES = (
     "its errors of rounding fade, and an hour passes with an asymmetry in the last digits.",
     "What diverges under excitation is the usual economy of using gamma's R X for X'R: then nothing acts on an "
     "asymmetry once it is there, and it grows by 1/lambda a sample from the first rounding on.",
-    "Without excitation every form winds up and becomes indefinite, the symmetric one too: symmetry cures rounding, "
-    "not forgetting. The estimator of the torque form keeps its information above a floor instead.",
+    "Without excitation every form winds up and becomes indefinite, the symmetric one too.",
 )

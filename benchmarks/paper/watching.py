@@ -4,20 +4,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from adaptive_ff.adaptive.controller import AdaptiveController
 from adaptive_ff.friction.model import ESTIMATED
-from adaptive_ff.learning.batch import Array, Identification, Mask, identify_torque_form, slides_one_way
+from adaptive_ff.learning.batch import Array, Mask, slides_one_way
 from adaptive_ff.learning.batch_least_squares import LeastSquaresFit, fit_least_squares
 from adaptive_ff.learning.series import COEFFICIENTS, write_physical
 from adaptive_ff.learning.torque_form import TorqueForm
-from benchmarks.paper.data import CURVE, TRUE, as_row, predict, rms
-from benchmarks.paper.identification import (
-    FIRST,
-    regression,
-    run_rls,
-    run_torque_form,
-    series_free_run,
-)
+from benchmarks.paper.data import TRUE, predict, rms
+from benchmarks.paper.identification import FIRST, regression, run_rls, run_torque_form, series_free_run
 from benchmarks.paper.robot import GAINS, PERIOD, SCENARIO, Drive, build_robot_setup, drive
 
 FORGETTING = 0.85  # lambda of section V-E
@@ -45,34 +38,28 @@ class Series(NamedTuple):
 
 
 class Form(NamedTuple):
-    """What the torque form with its gate makes of a record.
+    """What the torque form with its gate makes of a record, by recursive least squares.
 
-    ``offline``: gated least squares over the whole record; ``estimates`` (n, 5): physical parameters after each sample,
-    by recursive least squares over the same rows; ``errors`` (n,): measured minus predicted velocity, rad/s, of the
-    model that is simulated with the last estimates: ``online`` one step ahead, ``free`` from its own outputs; ``true``
-    and ``true_free`` the same of the true joint.
+    ``estimates`` (n, 5): physical parameters after each sample; ``errors`` (n,): measured minus predicted velocity,
+    rad/s, of the model that is simulated with the last of them: ``online`` one step ahead, ``free`` from its outputs.
     """
 
-    offline: Identification
     estimates: Array
     errors: dict[str, Array]
 
 
-class Seen(NamedTuple):
-    """A record and what was made of it.
-
-    ``record``: the record; ``series``: by the series (4); ``form``: by the torque form.
-    """
+class Watched(NamedTuple):
+    """A record, and what the series (4) and the torque form make of it."""
 
     record: Drive
     series: Series
     form: Form
 
 
-def watch(seed: int) -> Seen:
+def watch(seed: int) -> Watched:
     """Record a drive with the PI loop and identify from it in every way."""
     record = drive(build_robot_setup(seed))
-    return Seen(record, fit_series(record), fit_form(record))
+    return Watched(record, fit_series(record), fit_form(record))
 
 
 def fit_series(record: Drive, *, forgetting_factor: float = FORGETTING) -> Series:
@@ -82,59 +69,32 @@ def fit_series(record: Drive, *, forgetting_factor: float = FORGETTING) -> Serie
     offline = fit_least_squares(rows, outputs, names=COEFFICIENTS)
     sliding = fit_least_squares(rows[used], outputs[used], names=COEFFICIENTS)
     online = run_rls(rows, outputs, forgetting_factor, COVARIANCE)
-    posterior = outputs - np.sum(rows * online.estimates, axis=1)
     start = np.zeros(FIRST)
     errors = {
         "offline": np.append(start, offline.residuals),
         "free": record.velocity - series_free_run(offline.values, record.velocity, record.acting),
         "prior": np.append(start, online.errors),
-        "posterior": np.append(start, posterior),
+        "posterior": np.append(start, outputs - np.sum(rows * online.estimates, axis=1)),
     }
-    coefficients = np.vstack([np.zeros((FIRST, len(COEFFICIENTS))), online.estimates])
-    return Series(offline, sliding, coefficients, errors)
+    return Series(offline, sliding, np.vstack([np.zeros((FIRST, len(COEFFICIENTS))), online.estimates]), errors)
 
 
 def fit_form(record: Drive) -> Form:
-    """Identify the physical parameters by the torque form, offline and online."""
+    """Identify the physical parameters by the torque form, with the real time steps."""
     torque_form = TorqueForm(FILTER_POLE, TRUE.stribeck_velocity, TRUE.stribeck_shape)
     first = np.array([SCENARIO.feedback.inertia, 0.0, 0.0, 0.0, 0.0])
     estimates = run_torque_form(torque_form, (SLOWEST, HOLD), first, record.time, record.velocity, record.acting)
-    models = {("online", "free"): estimates[-1:], ("true", "true_free"): as_row(TRUE)}
-    errors = {}
-    for names, model in models.items():
-        for name, one_step in zip(names, (True, False), strict=True):
-            errors[name] = record.velocity - predict_record(model, record, one_step=one_step)
-    return Form(identify_form(record), estimates, errors)
+    last = estimates[-1:]
+    errors = {
+        name: record.velocity - predict_record(last, record, one_step=name == "online") for name in ("online", "free")
+    }
+    return Form(estimates, errors)
 
 
 def predict_record(model: Array, record: Drive, *, one_step: bool) -> Array:
     """Return the velocity (rad/s) of a simulated model, shape (1, 5), along a record; see :func:`predict`."""
     series = record.steps, record.acting, record.velocity
     return predict(model, *series, one_step=one_step, period=SCENARIO.joint.solver_period)
-
-
-def identify_form(record: Drive) -> Identification:
-    """Identify by gated least squares on the torque form, with the real time steps."""
-    return identify_torque_form(
-        record.time,
-        record.velocity,
-        record.acting,
-        **CURVE,
-        filter_pole=FILTER_POLE,
-        slowest=SLOWEST,
-        hold=HOLD,
-    )
-
-
-def adaptive() -> AdaptiveController:
-    """Return the adaptive controller for this loop, with the true Vs and delta, as the paper assumes them known."""
-    return AdaptiveController(
-        *GAINS,
-        PERIOD,
-        inertia=SCENARIO.feedback.inertia,
-        **CURVE,
-        parameters=ESTIMATED,
-    )
 
 
 def physical_of(coefficients: Array) -> Array:

@@ -7,12 +7,21 @@ from adaptive_ff.learning.series import series_coefficients
 from adaptive_ff.simulation.experiment import empty_record
 from adaptive_ff.simulation.loop import run_compiled, start_position
 from benchmarks.paper import stribeck
-from benchmarks.paper.closed_loop import data_rows
-from benchmarks.paper.compensation import ALONE, FORM, OFFLINE, ONLINE, ORACLE, SLIDING, tracking_errors
+from benchmarks.paper.closed_loop import (
+    ALONE,
+    FORM,
+    OFFLINE,
+    ONLINE,
+    ORACLE,
+    POSTERIOR,
+    PRIOR,
+    data_rows,
+    ratios,
+    tracking_errors,
+)
 from benchmarks.paper.data import TRUE, TRUTH_VALUES, as_row, rms
 from benchmarks.paper.experiment import median_and_range, median_deviation
 from benchmarks.paper.figures import figure_08
-from benchmarks.paper.poor_data import POSTERIOR, PRIOR, error_places, ratios, sliding_ratios
 from benchmarks.paper.robot import (
     CURRENT_STEP,
     GAINS,
@@ -21,13 +30,11 @@ from benchmarks.paper.robot import (
     TORQUE_CONSTANT,
     build_robot_setup,
     drive,
-    drive_behind_interface,
     sample_steps,
 )
 from benchmarks.paper.robot_figures import figure_07, figure_09, figure_10, figure_11, figure_12
 from benchmarks.paper.watching import (
     fit_series,
-    identify_form,
     is_possible,
     physical_of,
     physical_series,
@@ -92,16 +99,6 @@ def test_the_true_joint_predicts_the_record_down_to_the_noise():
     assert rms(noisy.velocity - predict_record(joint, noisy, one_step=True)) > 1.2 * NOISE  # that of two samples
 
 
-def test_reading_out_a_fast_loop_gives_its_current_and_velocity_at_the_samples():
-    record, other = drive_behind_interface(105), drive(build_robot_setup(105))
-    assert np.array_equal(record.velocity, drive_behind_interface(105).velocity)  # no memory beyond a series is read
-    assert np.array_equal(record.steps, other.steps)
-    assert np.array_equal(record.reference, other.reference)
-    assert np.array_equal(record.acting, record.commanded)
-    assert rms(record.velocity - other.velocity) < 0.3 * rms(other.velocity)
-    assert rms(record.commanded - other.commanded) > RESOLUTION
-
-
 def test_the_posterior_error_is_the_prior_one_times_less_than_one(seen):
     prior, posterior = seen.series.errors["prior"], seen.series.errors["posterior"]
     assert np.all(np.abs(posterior) <= np.abs(prior) + 1e-12)
@@ -117,17 +114,13 @@ def test_with_lambda_one_rls_comes_to_the_offline_fit(seen):
 
 @pytest.mark.parametrize("seed", [101, 106, 107])
 def test_the_prior_error_is_larger_and_the_posterior_smaller_than_that_of_the_offline_fit(seed):
-    record = drive(build_robot_setup(seed))
-    series = fit_series(record)
-    found = ratios(record, series)
+    one = watch(seed)
+    found = ratios(one)
     assert found[PRIOR] > 2.0
     assert found[POSTERIOR] < 0.5
-    assert settled_rms(record, series.errors["posterior"]) < 1e3 * NOISE
-    long_memory = ratios(record, fit_series(record, forgetting_factor=0.99))
+    assert settled_rms(one.record, one.series.errors["posterior"]) < 1e3 * NOISE
+    long_memory = ratios(one._replace(series=fit_series(one.record, forgetting_factor=0.99)))
     assert long_memory[PRIOR] == pytest.approx(1.0, abs=0.1)
-    prior, posterior = sliding_ratios(record)
-    assert 1.2 < prior < 2.0
-    assert posterior < 0.7
 
 
 def test_the_offline_fit_is_spoilt_near_rest_and_not_by_the_sampling(seen):
@@ -137,29 +130,13 @@ def test_the_offline_fit_is_spoilt_near_rest_and_not_by_the_sampling(seen):
     assert np.all(np.abs(deviations[1][:4]) < 0.12)
     even = fit_series(drive(build_robot_setup(101, uniform=True)))
     assert physical_of(even.offline.values)[0] > 5.0 * TRUE.inertia
-    places = error_places(seen)
-    on_late, on_fast = (
-        places[f"largest 1 % of the one-step errors: {where}, %"]
-        for where in ("on late samples", "in the fastest tenth of the motion")
-    )
-    assert on_late > 20.0
-    assert on_fast < 10.0
 
 
 def test_the_torque_form_identifies_from_the_same_data(seen):
-    offline = [estimate.value for estimate in seen.form.offline.physical.values()]
-    for physical in (np.array(offline), seen.form.estimates[-1]):
-        assert np.all(np.abs(physical[:4] / TRUTH_VALUES[:4] - 1.0) < 0.1)
+    assert np.all(np.abs(seen.form.estimates[-1][:4] / TRUTH_VALUES[:4] - 1.0) < 0.1)
     assert settled_rms(seen.record, seen.form.errors["online"]) < 0.8 * settled_rms(
         seen.record, seen.series.errors["offline"]
     )
-
-
-def test_the_torque_form_needs_the_real_time_steps():
-    record = drive(build_robot_setup(106, noise=0.0), current_step=1e-9)
-    blind = record._replace(time=PERIOD * np.arange(record.time.size))
-    right, wrong = (identify_form(log).regression.residual_rms for log in (record, blind))
-    assert right < 0.85 * wrong
 
 
 def test_coefficients_with_a_short_memory_stand_for_no_joint(seen):
@@ -178,7 +155,6 @@ def test_fed_forward_the_torque_form_helps_and_the_paper_does_harm(seen):
     found = tracking_errors(seen, 101)
     assert found[FORM] < 0.4 * found[ALONE]
     assert found[ORACLE] < 0.4 * found[ALONE]
-    assert 0.3 * found[ALONE] < found[SLIDING] < 0.8 * found[ALONE]
     assert found[OFFLINE] > 1.5 * found[ALONE]
     assert found[ONLINE] > 2.5 * found[ALONE]
 
@@ -189,7 +165,6 @@ def test_rows_about_the_data_tell_what_the_record_is(seen):
     values = {row.quantity: row.value for row in rows}
     assert values["V-B: largest speed of the reference, deg/s"] == pytest.approx(20.05, abs=0.5)
     assert values["Fig. 7: resolution of the torque K i, N m"] == pytest.approx(RESOLUTION)
-    assert values["V-B: reversals of the reference a minute"] > 15.0
     assert not data_rows(drive(build_robot_setup(101, duration=20.0, uniform=True)))[1].met
 
 
@@ -212,7 +187,7 @@ def test_figures_show_the_record_and_the_errors(seen, fits):
     assert late["RLS, a-posteriori"] == pytest.approx((record.velocity - series.errors["posterior"])[part])
     ahead = drawn(figure_09(*seen), 1)
     assert ahead["torque form, simulated"] == pytest.approx(1e3 * form.errors["online"][part])
-    (whole,) = (lines for lines in drawn(figure_07(record), 2).values() if lines.size == record.time.size)
+    (whole,) = (lines for lines in drawn(figure_07(record), 1).values() if lines.size == record.time.size)
     assert whole == pytest.approx(record.commanded)
     shown = np.concatenate(list(drawn(figure_10(record), 0).values()))
     assert {21.0, 31.0, 42.0} <= set(np.round(shown, 6))

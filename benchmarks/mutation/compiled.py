@@ -1,0 +1,74 @@
+"""Survivors among the tests that take long in plain Python: compiled, in a copy of the tree with the fault in it."""
+
+import os
+import re
+import resource
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+from benchmarks.mutation.operators import Mutant
+
+ROOT = Path(__file__).resolve().parent.parent.parent
+
+LIMIT = 40
+"""Processor time of the tests of a survivor at most, s; one that is not noticed by then survives."""
+
+OPTIONS = ("-x", "-q", "-n", "0", "-p", "no:cacheprovider", "--assert=plain", "--tb=no", "-rfE", "-m", "")
+
+
+class Copy:
+    """A copy of the tree in a folder, in which one mutant at a time is tried."""
+
+    def __init__(self, folder: Path) -> None:
+        self._root, self._sound = folder / "tree", {}
+        shutil.copytree(ROOT, self._root, ignore=shutil.ignore_patterns(".*", "results", "__pycache__", "built-*"))
+        if (shared := ROOT.parent / "shared").is_dir():
+            (folder / "shared").symlink_to(shared)
+        kept = {"XDG_CACHE_HOME": str(folder / "cache"), "PYTHONPATH": str(self._root)}
+        plain = {"ADAPTIVE_FF_COMPILE": "", "ADAPTIVE_FF_CFLAGS": "-O0"}
+        self._environment = os.environ | kept | plain
+
+    def noticed_by(self, mutant: Mutant, tests: list[str]) -> str | None:
+        """Return the test that fails with a mutant and passes without it, or None."""
+        place = Path(mutant.function.__code__.co_filename).relative_to(ROOT)
+        file = self._root / place
+        text = file.read_text(encoding="utf-8")
+        chosen = [*tests, *self._of_room(mutant, place)]
+        try:
+            while chosen:
+                file.write_text(mutant.written(), encoding="utf-8")
+                failed = self._failed(chosen)
+                file.write_text(text, encoding="utf-8")
+                if failed is None or self._passes(failed):
+                    return failed
+                chosen = [name for name in chosen if not failed.startswith(name)]  # it fails without the fault as well
+        finally:
+            file.write_text(text, encoding="utf-8")
+        return None
+
+    def _of_room(self, mutant: Mutant, place: Path) -> list[str]:
+        """Return the files of the tests of its room that import its module."""
+        module = mutant.function.__module__
+        files = (self._root / "tests" / place.parent).glob("test_*.py")
+        return [str(file.relative_to(self._root)) for file in sorted(files) if module in file.read_text("utf-8")]
+
+    def _failed(self, tests: list[str]) -> str | None:
+        command = [sys.executable, "-m", "pytest", *OPTIONS, *tests]
+        done = subprocess.run(
+            command,
+            check=False,
+            cwd=self._root,
+            env=self._environment,
+            capture_output=True,
+            text=True,
+            preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_CPU, (LIMIT, LIMIT)),
+        )
+        found = re.search(r"^(?:FAILED|ERROR) (\S+)", done.stdout, re.M)
+        return found[1] if found else None if done.returncode in (0, 5) or done.returncode < 0 else tests[0]
+
+    def _passes(self, test: str) -> bool:
+        if test not in self._sound:
+            self._sound[test] = self._failed([test]) is None
+        return self._sound[test]
