@@ -20,8 +20,7 @@ from benchmarks.running import BASE, run_suite, suite_fingerprint
 from benchmarks.suite import load_suite, suite_names
 from benchmarks.wide import wide_console
 
-TRIAL = RESULTS / "trial"
-"""Where results of runs go that differ from what a suite says; not committed."""
+TRIAL = RESULTS / "trial"  # where results of runs go that differ from what a suite says; not committed
 
 app = typer.Typer(add_completion=False, no_args_is_help=True, pretty_exceptions_enable=False)
 Suites = Annotated[list[str] | None, typer.Argument(help="Suites; all by default.", show_default=False)]

@@ -13,8 +13,7 @@ from benchmarks.suite import Suite
 WORSE, WINDOW = 0.95, 1.2
 """Settled ratio below which a case counts as worse than PI, and the largest ratio that a window may have."""
 
-MOVED = 1.1
-"""Factor by which the median of a row must change to be listed."""
+MOVED = 1.1  # factor by which the median of a row must change to be listed
 
 
 class Pair(NamedTuple):

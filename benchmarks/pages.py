@@ -17,11 +17,8 @@ from benchmarks.results import RESULTS, Result, read_result
 from benchmarks.suite import Suite, load_suite
 
 ROOT = Path(__file__).resolve().parent.parent
-BASELINE = RESULTS / "9787daa"
-"""Results of the frozen commit, which stand in for a suite that has not been run since."""
-
-TYPED = Path(__file__).resolve().parent / "typed.toml"
-"""Numbers that pages may show although no result holds them."""
+BASELINE = RESULTS / "9787daa"  # results of the frozen commit, which stand in for a suite that has not been run since
+TYPED = Path(__file__).resolve().parent / "typed.toml"  # numbers that pages may show although no result holds them
 
 TABLE = re.compile(r"(<!-- table (?P<suite>\w+)\.(?P<view>\w+) -->\n).*?(<!-- /table -->)", re.DOTALL)
 NUMBER = re.compile(r"(<!--= (?P<reference>[^>]+?) -->)[^<]*(<!--/-->)")
@@ -42,13 +39,7 @@ TRACKING = {
 
 
 def latest(suite: str) -> Result:
-    """Return the present result of a suite, or that of the frozen commit where there is none.
-
-    Raises
-    ------
-    InputError
-        There is neither.
-    """
+    """Return the present result of a suite, or that of the frozen commit where there is none."""
     result = read_result(RESULTS, suite) or read_result(BASELINE, suite)
     if result is None:
         raise InputError(f"suite {suite!r} has no result: python -m benchmarks run {suite}")
@@ -62,13 +53,7 @@ def rendered(text: str) -> str:
 
 
 def number_of(reference: str) -> str:
-    """Return the number that a reference of the prose stands for.
-
-    Raises
-    ------
-    InputError
-        No result holds it.
-    """
+    """Return the number that a reference of the prose stands for."""
     suite, row, text = reference.split("/")
     value = quantity(latest(suite), row, text)
     if value is None:

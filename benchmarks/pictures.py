@@ -21,12 +21,10 @@ from benchmarks.paper.__main__ import SOURCE
 FOLDER = Path(__file__).resolve().parent / "pictures"
 FROM_PAPER = ("figure_04", "figure_12")
 COMMAND = "python -m benchmarks.pictures"
-COLOURS = 64
-"""Colours of a picture: enough for curves, and a third of the bytes."""
+COLOURS = 64  # colours of a picture: enough for curves, and a third of the bytes
 
 
-MAGNIFIED = 10
-"""Errors of the tip over those of the path that is drawn."""
+MAGNIFIED = 10  # errors of the tip over those of the path that is drawn
 
 
 def draw_circle(friction: str = "coulomb", seed: int = 1) -> Figure:

@@ -24,11 +24,8 @@ STATISTICS: dict[str, Callable[[list[float]], float]] = {
 }
 """Statistics by name; ``below:X`` and ``above:X`` count values beyond a limit. ``size`` is the median magnitude."""
 
-ALL = "all"
-"""Row that holds the cases of all rows."""
-
-MORE_IS_BETTER = frozenset({"settled", "own_gain", "gain"})
-"""Figures of which more is better; of all others less is."""
+ALL = "all"  # row that holds the cases of all rows
+MORE_IS_BETTER = frozenset({"settled", "own_gain", "gain"})  # figures of which more is better; of all others less is
 
 QUANTITY = re.compile(r"(?P<controller>[^.]+)\.(?P<figure>\w+) (?P<statistic>[\w:.]+)(?:\*(?P<scale>[\d.e+-]+))?")
 """How a quantity is written, such as ``adaptive.settled median`` or ``pi.error median*1000``."""
@@ -45,13 +42,7 @@ def columns_of(result: Result, row: str, controller: str) -> Columns:
 
 
 def quantity(result: Result, row: str, text: str) -> float | None:
-    """Return a quantity of a row; None where the row has no such figure.
-
-    Raises
-    ------
-    InputError
-        The quantity is not written as one, or its statistic is not known.
-    """
+    """Return a quantity of a row; None where the row has no such figure."""
     match = QUANTITY.fullmatch(text)
     if match is None:
         raise InputError(f"quantity = {text!r} is not allowed: write 'controller.figure statistic'")

@@ -15,24 +15,12 @@ DATA = Path(__file__).resolve().parents[2] / "shared" / "data"
 
 @dataclass(frozen=True)
 class DataSet:
-    """Files of a machine, and where they come from.
+    """Files of a machine, and where they come from."""
 
-    Attributes
-    ----------
-    name : str
-        Name of the machine.
-    folder : str
-        Folder of its files, beside those of the other machines.
-    files : tuple of str
-        Files that are needed.
-    origin : str
-        How to get them.
-    """
-
-    name: str
-    folder: str
-    files: tuple[str, ...]
-    origin: str
+    name: str  # name of the machine
+    folder: str  # folder of its files, beside those of the other machines
+    files: tuple[str, ...]  # files that are needed
+    origin: str  # how to get them
 
     def missing(self, data: Path) -> list[str]:
         """Return the files that are not there."""
@@ -66,45 +54,22 @@ KUKA = DataSet(
     "act_torque_abs_nm, dphi_ref_rad_per_s and tau_ff_all, axes as columns, into trajectory_{A,B}.npz",
 )
 
-RATIOS = (32.0, 32.0, 45.0, -48.0, 45.0, 32.0)
-"""Gear ratios of the Staubli TX40, from its source."""
+RATIOS = (32.0, 32.0, 45.0, -48.0, 45.0, 32.0)  # gear ratios of the Staubli TX40, from its source
 
 
 @dataclass(frozen=True)
 class Job:
-    """Logs of a joint: one to identify and to start cold on, and perhaps another one of the same joint.
+    """Logs of a joint: one to identify and to start cold on, and perhaps another one of the same joint."""
 
-    Attributes
-    ----------
-    data : DataSet
-        The machine.
-    joint : str
-        Name of the joint; empty where there is only one.
-    records : tuple of str
-        Names of the logs.
-    read : callable
-        Reads a log: ``read(data, record)``.
-    held_out : float
-        Share of the first log that is validated on where there is no other.
-    linear : bool
-        Whether it is a linear axis.
-    settings : dict
-        What the adaptive controller assumes.
-    simulated : bool
-        Whether the identified joint is simulated in a closed loop, too.
-    scored : bool
-        Whether the second log is simulated in open loop by a model trained on the first.
-    """
-
-    data: DataSet
-    joint: str
-    records: tuple[str, ...]
-    read: Callable[[Path, str], Log]
-    held_out: float = 0.25
-    linear: bool = False
-    settings: dict[str, Any] = field(default_factory=dict)
-    simulated: bool = False
-    scored: bool = False
+    data: DataSet  # the machine
+    joint: str  # name of the joint; empty where there is only one
+    records: tuple[str, ...]  # names of the logs
+    read: Callable[[Path, str], Log]  # reads a log: ``read(data, record)``
+    held_out: float = 0.25  # share of the first log that is validated on where there is no other
+    linear: bool = False  # whether it is a linear axis
+    settings: dict[str, Any] = field(default_factory=dict)  # what the adaptive controller assumes
+    simulated: bool = False  # whether the identified joint is simulated in a closed loop, too
+    scored: bool = False  # whether the second log is simulated in open loop by a model trained on the first
 
     @property
     def name(self) -> str:

@@ -15,69 +15,38 @@ from adaptive_ff.errors import InputError
 RESULTS = Path(__file__).resolve().parent / "results"
 """Where the present results are; those of a frozen commit are in a folder of its name beside them."""
 
-DIGITS = (5, 4, 3)
-"""Digits to which figures are kept: as many as the size of the file allows."""
-
-LARGEST = 100_000
-"""Size that a file may have, bytes."""
+DIGITS = (5, 4, 3)  # digits to which figures are kept: as many as the size of the file allows
+LARGEST = 100_000  # size that a file may have, bytes
 
 PACKAGES = ("numpy", "scipy")
 
-Columns = dict[str, list[float]]
-"""Figures by name, a value a case (or a joint of a case)."""
+Columns = dict[str, list[float]]  # figures by name, a value a case (or a joint of a case)
 
 
 @dataclass
 class Row:
-    """Figures of the cases of one name.
+    """Figures of the cases of one name."""
 
-    Attributes
-    ----------
-    seeds : list of int
-        Seeds of the cases, ascending.
-    figures : dict of dict
-        Figures by controller and name.
-    """
-
-    seeds: list[int] = field(default_factory=list)
-    figures: dict[str, Columns] = field(default_factory=dict)
+    seeds: list[int] = field(default_factory=list)  # seeds of the cases, ascending
+    figures: dict[str, Columns] = field(default_factory=dict)  # figures by controller and name
 
 
 @dataclass
 class Result:
-    """What a suite found.
+    """What a suite found."""
 
-    Attributes
-    ----------
-    suite, commit, fingerprint : str
-        Name of the suite, commit of the checkout, and digest of the code that ran.
-    seconds : float
-        Time that the runs took; of runs that were kept from an earlier call, nothing.
-    machine, versions : str, dict
-        Kind of machine, and versions of what computes.
-    rows : dict of Row
-        Rows by name.
-    refused : dict of str
-        Cases that could not be run, and why.
-    """
-
+    # suite, commit, fingerprint: name of the suite, commit of the checkout, and digest of the code that ran
     suite: str
     commit: str
     fingerprint: str
-    seconds: float
-    machine: str
+    seconds: float  # time that the runs took; of runs that were kept from an earlier call, nothing
+    machine: str  # machine, versions: kind of machine, and versions of what computes
     versions: dict[str, str]
-    rows: dict[str, Row]
-    refused: dict[str, str] = field(default_factory=dict)
+    rows: dict[str, Row]  # rows by name
+    refused: dict[str, str] = field(default_factory=dict)  # cases that could not be run, and why
 
     def write(self, folder: Path) -> Path:
-        """Write the result into a folder and return its file.
-
-        Raises
-        ------
-        InputError
-            It is too large to be committed.
-        """
+        """Write the result into a folder and return its file."""
         for digits in DIGITS:
             rows = {name: [row.seeds, _rounded(row.figures, digits)] for name, row in self.rows.items()}
             text = _text({**vars(self), "rows": rows})

@@ -11,8 +11,7 @@ from adaptive_ff.studies.study import Found, Store, run_study
 from benchmarks.results import RESULTS, Result, Row, circumstances
 from benchmarks.suite import SCENARIOS, Case, Suite
 
-KEPT = RESULTS / "kept"
-"""Where results are kept as they come; not committed."""
+KEPT = RESULTS / "kept"  # where results are kept as they come; not committed
 
 BASE = "pi"
 

@@ -11,34 +11,23 @@ from typing import Any, NamedTuple
 
 from adaptive_ff.errors import InputError
 
-SUITES = Path(__file__).resolve().parent / "suites"
-"""Where the files of the suites are."""
+SUITES = Path(__file__).resolve().parent / "suites"  # where the files of the suites are
 
 SCENARIOS = Path(__file__).resolve().parent.parent / "adaptive_ff"
 """Where scenario files lie, which every fingerprint covers."""
 
-COUNT = "count"
-"""Argument of a generator for the number of its references or draws; ``first`` is the seed of the first."""
+COUNT = "count"  # argument of a generator for the number of its references or draws; ``first`` is the seed of the first
 
 FIELDS = {"title", "cases", "controllers", "outside", "targets", "views", "modules"}
 
 
 class Case(NamedTuple):
-    """What is run at a time.
+    """What is run at a time."""
 
-    Attributes
-    ----------
-    key : str
-        Unique in the suite.
-    seed : int
-        Seed of the reference, or number of the draw.
-    run : callable
-        Runs controllers by name; returns figures by controller, each a number or one a joint, and under ``""``
-        the name of the row that the case belongs to, as ``{"row": name}``.
-    """
-
-    key: str
-    seed: int
+    key: str  # unique in the suite
+    seed: int  # seed of the reference, or number of the draw
+    # runs controllers by name; returns figures by controller, each a number or one a joint, and under ``""`` the name
+    # of the row that the case belongs to, as ``{"row": name}``
     run: Callable[[list[str]], dict[str, Any]]
 
 
@@ -52,35 +41,20 @@ def seeded(
 
 @dataclass(frozen=True)
 class Suite:
-    """Cases, controllers and targets of a benchmark.
+    """Cases, controllers and targets of a benchmark."""
 
-    Attributes
-    ----------
-    name, title : str
-        Name of its file, and what it asks, in a line.
-    cases : list of dict
-        Generators of cases: ``from`` names module and function in ``benchmarks.cases`` (``"drawn:machines"``),
-        the rest are its arguments.
-    controllers : list of str
-        Names of the controllers.
-    outside : list of str
-        Patterns of the rows that are outside the contract of the adaptive controller; ``"*"`` for all.
-    targets : dict of dict
-        Targets by pattern of the row: ``figure.statistic`` to the limit, see :mod:`benchmarks.quantities`.
-    views : dict of dict
-        Tables by name, see :mod:`benchmarks.pages`.
-    modules : list of str
-        Further modules that the result depends on.
-    """
-
-    name: str
+    name: str  # name, title: name of its file, and what it asks, in a line
     title: str
+    # generators of cases: ``from`` names module and function in ``benchmarks.cases`` (``"drawn:machines"``), the rest
+    # are its arguments
     cases: list[dict[str, Any]]
-    controllers: list[str] = field(default_factory=list)
+    controllers: list[str] = field(default_factory=list)  # names of the controllers
+    # patterns of the rows that are outside the contract of the adaptive controller; ``"*"`` for all
     outside: list[str] = field(default_factory=list)
+    # targets by pattern of the row: ``figure.statistic`` to the limit, see :mod:`benchmarks.quantities`
     targets: dict[str, dict[str, float]] = field(default_factory=dict)
-    views: dict[str, dict[str, Any]] = field(default_factory=dict)
-    modules: list[str] = field(default_factory=list)
+    views: dict[str, dict[str, Any]] = field(default_factory=dict)  # tables by name, see :mod:`benchmarks.pages`
+    modules: list[str] = field(default_factory=list)  # further modules that the result depends on
 
     def generated(self, *, count: int | None = None, first: int | None = None, quick: bool = False) -> list[Case]:
         """Return the cases, with another count or first seed where one is given; one of each kind where it is quick."""
@@ -117,13 +91,7 @@ def suite_names() -> list[str]:
 
 
 def load_suite(name: str) -> Suite:
-    """Return a suite.
-
-    Raises
-    ------
-    InputError
-        There is none of that name, or its file has a field that no suite has.
-    """
+    """Return a suite."""
     if name not in suite_names():
         raise InputError(f"suite = {name!r} is not known; there are {', '.join(suite_names())}")
     table = tomllib.loads((SUITES / f"{name}.toml").read_text(encoding="utf-8"))

@@ -4,8 +4,7 @@ import sys
 
 from rich.console import Console
 
-WIDTH = 190
-"""Width where the output is no terminal, characters."""
+WIDTH = 190  # width where the output is no terminal, characters
 
 
 def wide_console() -> Console:

@@ -19,8 +19,7 @@ from benchmarks.cases.robot_plans import moves, multisines, then_rest
 from benchmarks.suite import Case
 
 FRICTIONS = ("coulomb", "LuGre")
-MOVING = 30.0
-"""Length of the moves before a machine rests, s."""
+MOVING = 30.0  # length of the moves before a machine rests, s
 
 
 def run_moving(machine: str, friction: str, setup: Setup, seconds: float, seed: int, controllers: list[str]) -> Found:

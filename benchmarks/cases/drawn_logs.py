@@ -18,35 +18,21 @@ from adaptive_ff.logs.log import Log
 
 Array = NDArray[np.float64]
 
-FINE = 4000.0
-"""Rate at which motion and friction are computed, Hz."""
+FINE = 4000.0  # rate at which motion and friction are computed, Hz
 
 FOREIGN = ("lugre", "maxwell", "power", "smooth", "warming", "position", "load", "elastic", "coupled", "late")
 
 
 class Case(NamedTuple):
-    """A log with its truth.
+    """A log with its truth."""
 
-    Attributes
-    ----------
-    log : Log
-        The log.
-    truth : dict of float
-        ``inertia``, and ``coulomb`` and ``viscous``: the line through the static friction curve over the speeds of the
-        motion, least squares in time.
-    kind : str
-        Which physics.
-    duration : float
-        Length, s.
-    enough : bool
-        Whether it has ten reversals, 30 s, and a tenth of its torque from the inertia.
-    """
-
-    log: Log
+    log: Log  # the log
+    # ``inertia``, and ``coulomb`` and ``viscous``: the line through the static friction curve over the speeds of the
+    # motion, least squares in time
     truth: dict[str, float]
-    kind: str
-    duration: float
-    enough: bool
+    kind: str  # which physics
+    duration: float  # length, s
+    enough: bool  # whether it has ten reversals, 30 s, and a tenth of its torque from the inertia
 
 
 class Course(NamedTuple):

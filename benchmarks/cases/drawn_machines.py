@@ -13,62 +13,34 @@ from pydantic import ValidationError
 from adaptive_ff import Scenario, load_scenario, simulate
 from adaptive_ff.studies.drawn_joints import draw_scenario
 
-PERIODS = (0.02, 0.01, 0.005, 0.002, 0.001)
-"""Sampling periods, s."""
-
-INERTIAS = (0.003, 100.0)
-"""Smallest and largest inertia, kg m^2."""
-
-SPEEDS = (0.05, 20.0)
-"""Smallest and largest peak of the plan, rad/s."""
+PERIODS = (0.02, 0.01, 0.005, 0.002, 0.001)  # sampling periods, s
+INERTIAS = (0.003, 100.0)  # smallest and largest inertia, kg m^2
+SPEEDS = (0.05, 20.0)  # smallest and largest peak of the plan, rad/s
 
 TEMPOS = (0.1, 0.6)
 """Slowest and fastest plan: its peak acceleration over its peak speed, by 2 pi, Hz; of sines about 0.6 of that."""
 
-FRICTION = (0.2, 20.0)
-"""Smallest and largest Coulomb friction over the torque of the inertia at that acceleration."""
-
-STRIBECK_VELOCITIES = (0.03, 0.4)
-"""Smallest and largest Stribeck velocity over the peak speed."""
-
-PRESLIDING = (3e-4, 3e-2)
-"""Smallest and largest way before a joint with bristles slides, in seconds of the peak speed."""
-
-LAGS = (0.002, 0.05)
-"""Shortest and longest lag of friction, s, of two joints of three that are not LuGre's."""
+FRICTION = (0.2, 20.0)  # smallest and largest Coulomb friction over the torque of the inertia at that acceleration
+STRIBECK_VELOCITIES = (0.03, 0.4)  # smallest and largest Stribeck velocity over the peak speed
+PRESLIDING = (3e-4, 3e-2)  # smallest and largest way before a joint with bristles slides, in seconds of the peak speed
+LAGS = (0.002, 0.05)  # shortest and longest lag of friction, s, of two joints of three that are not LuGre's
 
 NOISE = (2e-4, 8e-3)
 """Least and largest noise of the measured velocity over the peak speed; or a count of the encoder a period."""
 
-BANDWIDTHS = (0.04, 0.1)
-"""Smallest and largest bandwidth of the loop over the sampling rate, without delay."""
-
-DELAYS = {0: 1.0, 1: 0.45, 2: 0.3}
-"""Periods of delay of the drive, and the share of the bandwidth that they leave."""
-
-LONGEST_STEP = 1e-3
-"""Step of the simulated joint, s, about; shorter where its friction asks for it."""
-
-KINDS = ("stribeck", "lugre", "elasto_plastic")
-"""Kinds of friction, as often the one as the other."""
-
-WEIGHTS = (0.1, 3.0)
-"""Smallest and largest torque of the weight of a machine in a cascade, over its Coulomb friction."""
+BANDWIDTHS = (0.04, 0.1)  # smallest and largest bandwidth of the loop over the sampling rate, without delay
+DELAYS = {0: 1.0, 1: 0.45, 2: 0.3}  # periods of delay of the drive, and the share of the bandwidth that they leave
+LONGEST_STEP = 1e-3  # step of the simulated joint, s, about; shorter where its friction asks for it
+KINDS = ("stribeck", "lugre", "elasto_plastic")  # kinds of friction, as often the one as the other
+WEIGHTS = (0.1, 3.0)  # smallest and largest torque of the weight of a machine in a cascade, over its Coulomb friction
 
 RIGID = {"inertia", "coulomb", "stiction", "viscous", "stribeck_velocity", "stribeck_shape", "friction_lag"}
 """Fields of a joint that one with an elastic gear has as well, the lag but of one without LuGre friction."""
 
-LINK_SHARES = (0.3, 0.8)
-"""Smallest and largest share of the inertia that is beyond the gear."""
-
-RESONANCES = (3.0, 10.0)
-"""Smallest and largest resonance of a gear over the bandwidth of the loop."""
-
-GEAR_DAMPING = 0.05
-"""Damping of that resonance."""
-
-GAPS = (1e-4, 5e-3)
-"""Smallest and largest play, in seconds of the peak speed."""
+LINK_SHARES = (0.3, 0.8)  # smallest and largest share of the inertia that is beyond the gear
+RESONANCES = (3.0, 10.0)  # smallest and largest resonance of a gear over the bandwidth of the loop
+GEAR_DAMPING = 0.05  # damping of that resonance
+GAPS = (1e-4, 5e-3)  # smallest and largest play, in seconds of the peak speed
 
 SATURATIONS = (0.5, 1.05)
 """Smallest and largest limit of a drive that saturates unreported, over the torque that its plan needs."""
@@ -76,26 +48,13 @@ SATURATIONS = (0.5, 1.05)
 PEAK_QUANTILE = 0.995
 """Share of the time in which the needed torque is no larger than its peak: single peaks are of noise."""
 
-ABOVE_STICTION = 1.02
-"""Least limit of such a drive over the stiction of its joint, which it would never move otherwise."""
-
-RESTS = (1.0, 20.0)
-"""Shortest and longest rest between the moves of a machine that rests, s."""
-
-LASTS = 120.0
-"""Duration of its run, s."""
-
-WEIGHT_STREAM = 1
-"""Stream of random numbers of the weight."""
-
-SATURATION_STREAM = 2
-"""Stream of random numbers of the limit."""
-
-REST_STREAM = 3
-"""Stream of random numbers of moves and rests."""
-
-GEAR_STREAM = 4
-"""Stream of random numbers of the gear."""
+ABOVE_STICTION = 1.02  # least limit of such a drive over the stiction of its joint, which it would never move otherwise
+RESTS = (1.0, 20.0)  # shortest and longest rest between the moves of a machine that rests, s
+LASTS = 120.0  # duration of its run, s
+WEIGHT_STREAM = 1  # stream of random numbers of the weight
+SATURATION_STREAM = 2  # stream of random numbers of the limit
+REST_STREAM = 3  # stream of random numbers of moves and rests
+GEAR_STREAM = 4  # stream of random numbers of the gear
 
 
 def log_uniform(generator: np.random.Generator, bounds: tuple[float, float]) -> float:

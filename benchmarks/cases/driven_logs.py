@@ -12,14 +12,9 @@ from adaptive_ff.logs.log import Log
 from benchmarks.cases.other_joints import draw, drive, loop_gains
 from controllers import PI
 
-NOISES = (0.005, 0.05)
-"""Least and largest noise of the recorded torque, over the Coulomb friction."""
-
-STREAM = 79
-"""Stream of random numbers of that noise."""
-
-COARSE = 3.0
-"""Counts in a sample at half of the largest planned speed below which an encoder counts as coarse."""
+NOISES = (0.005, 0.05)  # least and largest noise of the recorded torque, over the Coulomb friction
+STREAM = 79  # stream of random numbers of that noise
+COARSE = 3.0  # counts in a sample at half of the largest planned speed below which an encoder counts as coarse
 
 
 class Driven(NamedTuple):

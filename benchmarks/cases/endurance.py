@@ -23,35 +23,19 @@ from adaptive_ff.studies.study import Found
 from benchmarks.suite import Case
 from plant import FrictionChange, schedule
 
-PART = 600
-"""Length of a part, s."""
-
-MINUTE = 60
-"""Length of one kind of motion, s."""
-
-SOLVER_PERIOD = 0.0025
-"""Solver period, s; a drawn joint that this is too long for gets a shorter one."""
+PART = 600  # length of a part, s
+MINUTE = 60  # length of one kind of motion, s
+SOLVER_PERIOD = 0.0025  # solver period, s; a drawn joint that this is too long for gets a shorter one
 
 KINDS = ("motion", "motion", "rest", "constant speed", "saturation", "dropout", "sensor fault")
 """What a minute may hold; motion twice as often as the others."""
 
-FRICTION = (0.6, 1.5)
-"""Range of the factor on friction."""
-
-LOAD = 0.15
-"""Largest load, as a share of the torque limit."""
-
-HURRY = 6.0
-"""How many times faster the motion that meets the torque limit reverses."""
-
-LONGEST_LOSS = 5.0
-"""Longest loss of the measurement, s."""
-
-ABSURD = (np.inf, -np.inf, 1e306, -1e160, 1e12)
-"""Values of a broken word on a bus, rad/s."""
-
-RESTARTS = 0.2
-"""Share of the parts after which the controller is made anew."""
+FRICTION = (0.6, 1.5)  # range of the factor on friction
+LOAD = 0.15  # largest load, as a share of the torque limit
+HURRY = 6.0  # how many times faster the motion that meets the torque limit reverses
+LONGEST_LOSS = 5.0  # longest loss of the measurement, s
+ABSURD = (np.inf, -np.inf, 1e306, -1e160, 1e12)  # values of a broken word on a bus, rad/s
+RESTARTS = 0.2  # share of the parts after which the controller is made anew
 
 
 def drawn_joint(draw: int) -> Scenario:

@@ -13,8 +13,7 @@ from benchmarks.suite import Case
 
 COMPARED = ("inertia", "coulomb", "stiction", "viscous", "friction_lag")
 
-NORMAL_95 = 1.959964
-"""Half of the interval that holds 95 % of a normal error, in standard deviations."""
+NORMAL_95 = 1.959964  # half of the interval that holds 95 % of a normal error, in standard deviations
 
 LOOPS = {
     f"{round(1.0 / period)} Hz, noise {1e3 * noise:g} mrad/s, {duration:g} s": (period, noise, duration)

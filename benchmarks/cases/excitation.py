@@ -12,8 +12,7 @@ from adaptive_ff.studies.information import NAMES
 from adaptive_ff.studies.study import Found
 from benchmarks.suite import Case
 
-PERIOD = 10.0
-"""Length of the motion, s."""
+PERIOD = 10.0  # length of the motion, s
 
 
 def run_joint(name: str, seeds: list[int], controllers: list[str]) -> Found:

@@ -11,14 +11,9 @@ from adaptive_ff.simulation.experiment import build_setup
 from adaptive_ff.studies.study import Found
 from benchmarks.suite import Case, seeded
 
-LOSSES = (0.0, 0.2, 1.0, 5.0)
-"""Lengths of the losses, s; without one for comparison."""
-
-PLACES = (31.0, 36.5, 42.0, 47.5, 53.0)
-"""Where they begin, s."""
-
-WINDOW = 5.0
-"""Length of what is judged, s from the start of a loss."""
+LOSSES = (0.0, 0.2, 1.0, 5.0)  # lengths of the losses, s; without one for comparison
+PLACES = (31.0, 36.5, 42.0, 47.5, 53.0)  # where they begin, s
+WINDOW = 5.0  # length of what is judged, s from the start of a loss
 
 
 def run_loss(loss: float, seed: int, controllers: list[str]) -> Found:
@@ -51,8 +46,7 @@ def losses(count: int, first: int = 1) -> list[Case]:
 PUSHED, LENGTH, LOAD, DURATION = 30.0, 3.0, 80.0, 60.0
 """When the push begins and how long it is, s; its torque, N m; how long a run is, s."""
 
-LATER = 5.0
-"""Time from the end of the push to the seconds whose error counts, s."""
+LATER = 5.0  # time from the end of the push to the seconds whose error counts, s
 
 WATCHED = ("inertia", "coulomb", "stiction", "viscous")
 

@@ -30,21 +30,11 @@ QUIET_TORQUE = 0.1  # N m
 
 
 class HeldJoint(NamedTuple):
-    """A joint at a sampling rate.
+    """A joint at a sampling rate."""
 
-    Attributes
-    ----------
-    name : str
-        What the table calls it.
-    joint : dict
-        Table ``[joint]``.
-    rate : int
-        Sampling rate, Hz.
-    """
-
-    name: str
-    joint: dict[str, Any]
-    rate: int
+    name: str  # what the table calls it
+    joint: dict[str, Any]  # table ``[joint]``
+    rate: int  # sampling rate, Hz
 
 
 def held_joints() -> Iterable[HeldJoint]:

@@ -21,8 +21,7 @@ from benchmarks.suite import Case
 
 NAMES = ("inertia", "coulomb", "viscous")
 
-HALVES = ("terms of the model", "other physics")
-"""Rows of drawn joints, by the parity of their seed."""
+HALVES = ("terms of the model", "other physics")  # rows of drawn joints, by the parity of their seed
 
 Figures = dict[str, list[float]]
 

@@ -10,29 +10,17 @@ from adaptive_ff.scenario.library import SCENARIOS
 
 
 class Row(NamedTuple):
-    """One joint, and the map that is tried on it.
+    """One joint, and the map that is tried on it."""
 
-    Attributes
-    ----------
-    key, name : str
-        Short name, and what varies.
-    scenario : Scenario
-        What is run.
-    periods : tuple of float
-        Known periods, rad.
-    hats, spacing : int, float
-        Number of hats over the planned range, or the distance between them, rad, where the number is zero.
-    load : bool
-        Whether friction may depend on the known torque.
-    """
-
-    key: str
+    key: str  # key, name: short name, and what varies
     name: str
-    scenario: Scenario
-    periods: tuple[float, ...] = ()
+    scenario: Scenario  # what is run
+    periods: tuple[float, ...] = ()  # known periods, rad
+    # hats, spacing: number of hats over the planned range, or the distance between them, rad, where the number is
+    # zero
     hats: int = 0
     spacing: float = 0.0
-    load: bool = False
+    load: bool = False  # whether friction may depend on the known torque
 
 
 def rows(seconds: float = 60.0) -> list[Row]:

@@ -47,46 +47,24 @@ class DrawnJoint(NamedTuple):
 
 
 class DrawnLoop(NamedTuple):
-    """How it is driven.
+    """How it is driven."""
 
-    Attributes
-    ----------
-    period : float
-        Sampling period, s.
-    bandwidth : float
-        That of the velocity loop, Hz.
-    sensor : str
-        One of ``SENSORS``.
-    resolution, noise : float
-        Step of the encoder, rad, and noise of the tachometer, rad/s.
-    low_pass : float
-        Time constant of the low-pass, s.
-    cascade, tells_lag, tells_torque, tells_plan : bool
-        Whether a position loop is outside, and what the controller is given.
-    levels : int
-        Steps of the drive's torque; zero for any torque.
-    delay : int
-        Computation delay, periods.
-    jitter : float
-        Largest change of a period, over the period.
-    inertia_error : float
-        Given inertia over the true one.
-    """
-
-    period: float
-    bandwidth: float
-    sensor: str
-    resolution: float
+    period: float  # sampling period, s
+    bandwidth: float  # that of the velocity loop, Hz
+    sensor: str  # one of ``SENSORS``
+    resolution: float  # resolution, noise: step of the encoder, rad, and noise of the tachometer, rad/s
     noise: float
-    low_pass: float
+    low_pass: float  # time constant of the low-pass, s
+    # cascade, tells_lag, tells_torque, tells_plan: whether a position loop is outside, and what the controller is
+    # given
     cascade: bool
     tells_lag: bool
     tells_torque: bool
     tells_plan: bool
-    levels: int
-    delay: int
-    jitter: float
-    inertia_error: float
+    levels: int  # steps of the drive's torque; zero for any torque
+    delay: int  # computation delay, periods
+    jitter: float  # largest change of a period, over the period
+    inertia_error: float  # given inertia over the true one
 
     @property
     def velocity_lag(self) -> float:
@@ -209,25 +187,13 @@ class Velocity:
 
 
 class Driven(NamedTuple):
-    """What a loop does, sample by sample.
+    """What a loop does, sample by sample."""
 
-    Attributes
-    ----------
-    errors : ndarray, shape (n,)
-        Error of the position (rad) in a cascade, else of the velocity (rad/s).
-    times : ndarray, shape (n,)
-        Times of the samples, s.
-    readings, measured : ndarray, shape (n,)
-        The encoder's position, rad, and the measured velocity, rad/s.
-    torques : ndarray, shape (n,)
-        Torque that acts from each sample to the next, N m.
-    """
-
-    errors: Array
-    times: Array
-    readings: Array
+    errors: Array  # shape (n,): error of the position (rad) in a cascade, else of the velocity (rad/s)
+    times: Array  # shape (n,): times of the samples, s
+    readings: Array  # readings, measured: shape (n,): the encoder's position, rad, and the measured velocity, rad/s
     measured: Array
-    torques: Array
+    torques: Array  # shape (n,): torque that acts from each sample to the next, N m
 
 
 def drive(
@@ -329,8 +295,7 @@ def joints(count: int, first: int = 1) -> list[Case]:
     return seeded(run_joint, [("joint", ())], count, first)
 
 
-COUNTS = (0.1, 0.3, 1.0, 3.0, 10.0)
-"""Encoder counts in a sampling period at the largest speed."""
+COUNTS = (0.1, 0.3, 1.0, 3.0, 10.0)  # encoder counts in a sampling period at the largest speed
 
 ENCODERS = {"encoder": "differenced", "low-passed encoder": "low-passed"}
 
@@ -352,14 +317,12 @@ def coarse_encoders(count: int, first: int = 1) -> list[Case]:
     ]
 
 
-SHARES = (0.0, 0.1, 0.3, 0.6)
-"""Amplitude of the cogging of drawn joints, over their Coulomb friction."""
+SHARES = (0.0, 0.1, 0.3, 0.6)  # amplitude of the cogging of drawn joints, over their Coulomb friction
 
 FEWEST_COUNTS, COARSEST = 20.0, 0.02
 """Counts in a period of cogging, and a count in a sampling period over the largest speed, that are taken."""
 
-OBSERVER = 10.0
-"""Largest bandwidth of the disturbance observer of drawn joints, Hz; else it is that of the loop."""
+OBSERVER = 10.0  # largest bandwidth of the disturbance observer of drawn joints, Hz; else it is that of the loop
 
 
 def run_cogged(seed: int, share: float, given: bool, controllers: list[str]) -> Found:

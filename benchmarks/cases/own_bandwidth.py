@@ -67,8 +67,7 @@ DATA_SHEETS: dict[str, dict[str, Any]] = {
 }
 """Numbers of data sheets other than those of ``data_sheet``, 0.5 kg m^2, 20 N m and 6 rad/s at 1 kHz, by name."""
 
-LOADED_TIME = 40.0
-"""Length of the runs with a step of the load, s: it comes after three quarters of it."""
+LOADED_TIME = 40.0  # length of the runs with a step of the load, s: it comes after three quarters of it
 
 
 def run_data_sheet(name: str, seeds: list[int], controllers: list[str]) -> Found:

@@ -50,14 +50,14 @@ def paper(count: int = 1, first: int = 1) -> list[Case]:
 
 
 def _export(name: str) -> Reported:
-    from benchmarks.export.__main__ import SECTIONS
+    from benchmarks.export.sections import SECTIONS
 
-    return [(row.what, row.figure, row.met) for rows in SECTIONS[name]().values() for row in rows]
+    return SECTIONS[name]()
 
 
 def export(count: int = 1, first: int = 1) -> list[Case]:
     """Return the sections of the export."""
-    from benchmarks.export.__main__ import SECTIONS
+    from benchmarks.export.sections import SECTIONS
 
     return [Case(name, first, partial(run_report, name, partial(_export, name))) for name in SECTIONS]
 

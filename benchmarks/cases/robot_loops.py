@@ -21,37 +21,21 @@ RESOLUTION = 6e-6  # rad, of the encoder
 
 
 class Setup(NamedTuple):
-    """How a machine is driven.
+    """How a machine is driven."""
 
-    Attributes
-    ----------
-    rate : int
-        Sampling rate, Hz.
-    cascade : bool
-        Whether a position loop is outside; its encoder then gives the velocity, too.
-    gravity_given : bool
-        Whether all controllers are given the torque of gravity.
-    """
-
-    rate: int
-    cascade: bool
-    gravity_given: bool
+    rate: int  # sampling rate, Hz
+    cascade: bool  # whether a position loop is outside; its encoder then gives the velocity, too
+    gravity_given: bool  # whether all controllers are given the torque of gravity
 
 
 class Driven(NamedTuple):
-    """A run.
+    """A run."""
 
-    Attributes
-    ----------
-    velocity_error, position_error : ndarray, shape (samples, joints)
-        Planned minus true velocity, rad/s, and position, rad, at the samples.
-    torque : ndarray, shape (samples, joints)
-        Torque, N m.
-    """
-
+    # velocity_error, position_error: shape (samples, joints): planned minus true velocity, rad/s, and position, rad,
+    # at the samples
     velocity_error: Array
     position_error: Array
-    torque: Array
+    torque: Array  # shape (samples, joints): torque, N m
 
 
 class Separate:

@@ -13,17 +13,13 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
-PHYSICS = 5e-4
-"""Time step of the physics, s; controllers step on a multiple of it."""
+PHYSICS = 5e-4  # time step of the physics, s; controllers step on a multiple of it
 
 STIFFNESS = 1e3
 """Bristle stiffness of a LuGre joint over its Coulomb friction, 1/rad: a milliradian bends the bristles fully ..."""
 
-MICRO_DAMPING = 4.0
-"""... and their damping over the Coulomb friction, s/rad."""
-
-STRIBECK = 0.05
-"""Stribeck velocity of LuGre joints, rad/s; stiction is 1.3 times Coulomb friction."""
+MICRO_DAMPING = 4.0  # ... and their damping over the Coulomb friction, s/rad.
+STRIBECK = 0.05  # stribeck velocity of LuGre joints, rad/s; stiction is 1.3 times Coulomb friction
 
 STICTION = 1.3
 
@@ -35,51 +31,24 @@ Coulomb only from some 65 mrad/s on."""
 
 
 class Axis(NamedTuple):
-    """A joint as the controllers and the plan know it.
+    """A joint as the controllers and the plan know it."""
 
-    Attributes
-    ----------
-    name : str
-        Its name.
-    coulomb, viscous : float
-        Friction, N m and N m s/rad.
-    preceding : tuple of str
-        Joints about parallel axes between the base and this one.
-    gravity : bool
-        Whether it carries a weight.
-    swing : float
-        Half of the range that it moves in, rad.
-    """
-
-    name: str
-    coulomb: float
+    name: str  # its name
+    coulomb: float  # coulomb, viscous: friction, N m and N m s/rad
     viscous: float
-    preceding: tuple[str, ...]
-    gravity: bool
-    swing: float
+    preceding: tuple[str, ...]  # joints about parallel axes between the base and this one
+    gravity: bool  # whether it carries a weight
+    swing: float  # half of the range that it moves in, rad
 
 
 class Machine(NamedTuple):
-    """A machine.
+    """A machine."""
 
-    Attributes
-    ----------
-    name : str
-        What the table calls it.
-    friction : str
-        ``"coulomb"`` or ``"LuGre"``.
-    model : mujoco.MjModel
-        Its physics; the first pose is the middle of the motion.
-    axes : tuple of Axis
-        Its joints, in the order of the model.
-    inertia : ndarray, shape (n,)
-        Inertia of each joint in the middle of the motion, kg m^2: what a designer would know.
-    """
-
-    name: str
-    friction: str
-    model: Any
-    axes: tuple[Axis, ...]
+    name: str  # what the table calls it
+    friction: str  # ``"coulomb"`` or ``"LuGre"``
+    model: Any  # its physics; the first pose is the middle of the motion
+    axes: tuple[Axis, ...]  # its joints, in the order of the model
+    # shape (n,): inertia of each joint in the middle of the motion, kg m^2: what a designer would know
     inertia: Array
 
 

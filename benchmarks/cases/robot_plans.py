@@ -19,15 +19,9 @@ DWELL = 0.5  # s
 
 
 class Plan(NamedTuple):
-    """What the joints are to do, at samples 0 to n inclusive.
+    """What the joints are to do, at samples 0 to n inclusive."""
 
-    Attributes
-    ----------
-    velocity, position : ndarray, shape (n + 1, joints)
-        Planned velocity, rad/s, and its integral, rad.
-    """
-
-    velocity: Array
+    velocity: Array  # velocity, position: shape (n + 1, joints): planned velocity, rad/s, and its integral, rad
     position: Array
 
 

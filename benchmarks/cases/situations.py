@@ -14,8 +14,7 @@ from benchmarks.cases.maps import MAPS, told
 from benchmarks.running import scenario_case
 from benchmarks.suite import Case
 
-LIGHTNESS = 0.1
-"""Inertia of light joints over that of the built-in one."""
+LIGHTNESS = 0.1  # inertia of light joints over that of the built-in one
 
 LIGHT_PEAKS = {"light_slow": 0.0125, "light_medium": 0.05, "light": 0.35}
 """Largest speeds of the plan of joints with a tenth of the built-in inertia, and of the gain, rad/s, by name."""
@@ -47,20 +46,11 @@ SENSOR_FAULTS: dict[str, dict[str, Any]] = {
 
 
 class Rippled(NamedTuple):
-    """A velocity that is off by a share of itself, so many times in a turn, on the built-in joint at 500 Hz.
+    """A velocity that is off by a share of itself, so many times in a turn, on the built-in joint at 500 Hz."""
 
-    Attributes
-    ----------
-    share : float
-        Amplitude, over the velocity.
-    times : int
-        Periods in a turn.
-    reverses : bool
-        Whether the plan is the built-in multisine, up to 2 rad/s, or a staircase of speeds of one sign.
-    """
-
-    share: float
-    times: int
+    share: float  # amplitude, over the velocity
+    times: int  # periods in a turn
+    # whether the plan is the built-in multisine, up to 2 rad/s, or a staircase of speeds of one sign
     reverses: bool = False
 
 
@@ -73,8 +63,7 @@ RIPPLED = {
 }
 """Velocities out of resolvers, tachometers and discs that are not round, by name."""
 
-STAIRS, STAIR_SPEEDS = 20, (1.0, 3.0)
-"""Number and range (rad/s) of the speeds of their plans, drawn for each reference."""
+STAIRS, STAIR_SPEEDS = 20, (1.0, 3.0)  # number and range (rad/s) of the speeds of their plans, drawn for each reference
 
 TOLD_INERTIAS = {"inertia_told_double": 2.0, "inertia_told_half": 0.5}
 """Inertia that is told, and the feedback is designed for, over that of the built-in joint, by name."""
@@ -82,36 +71,20 @@ TOLD_INERTIAS = {"inertia_told_double": 2.0, "inertia_told_half": 0.5}
 DATA_SHEETS = {"data_sheet": (0.5, 20.0, 6.0), "data_sheet_heavy": (20.0, 400.0, 2.5)}
 """Inertia, kg m^2, rated torque, N m, and speed, rad/s, of joints that ``adaptive-ff new`` makes, at 1 kHz, by name."""
 
-DATA_SHEET_TIME = 240.0
-"""For how long they move, s: what noise does to a fast loop shows after minutes."""
+DATA_SHEET_TIME = 240.0  # for how long they move, s: what noise does to a fast loop shows after minutes
 
 
 class Encoder(NamedTuple):
-    """An encoder instead of a measured velocity on the built-in joint.
+    """An encoder instead of a measured velocity on the built-in joint."""
 
-    Attributes
-    ----------
-    counts : int
-        Counts in a turn.
-    velocity : dict
-        What makes a velocity of it.
-    period : float
-        Sampling period, s.
-    bandwidth : float
-        Bandwidth of the loop, Hz.
-    scenario : str
-        Scenario of the matrix that the joint and its motion are from.
-    """
-
-    counts: int
-    velocity: dict[str, Any]
-    period: float = 0.01
-    bandwidth: float = 10.0
-    scenario: str = "paper_100hz"
+    counts: int  # counts in a turn
+    velocity: dict[str, Any]  # what makes a velocity of it
+    period: float = 0.01  # sampling period, s
+    bandwidth: float = 10.0  # bandwidth of the loop, Hz
+    scenario: str = "paper_100hz"  # scenario of the matrix that the joint and its motion are from
 
 
-KALMAN: dict[str, Any] = {"method": "kalman"}
-"""A velocity made by the default Kalman filter."""
+KALMAN: dict[str, Any] = {"method": "kalman"}  # a velocity made by the default Kalman filter
 
 ENCODERS = {
     "coarse_encoder": Encoder(4096, {"method": "low_pass", "cutoff": 30.0}, bandwidth=6.0),

@@ -26,9 +26,7 @@ from controllers import PI, PositionLoop
 WIDTHS = (0.002, 0.01, 0.05, 0.2)
 """Speeds at which three quarters of the Coulomb friction are there, rad/s; plans reach 1 rad/s and less."""
 
-JOINTS = {2.0: (15.0, 10.0), 20.0: (60.0, 80.0)}
-"""Coulomb (N m) and viscous friction (N m s/rad) by inertia, kg m^2."""
-
+JOINTS = {2.0: (15.0, 10.0), 20.0: (60.0, 80.0)}  # coulomb (N m) and viscous friction (N m s/rad) by inertia, kg m^2
 STEP = 1e-3  # s, of the physics at most
 DURATION = 40.0  # s
 FED = "model_based"  # PI with the truth fed forward
@@ -36,24 +34,12 @@ NEWTON, CLOSE = 50, 1e-13  # iterations at most, and the change of speed, rad/s,
 
 
 class Case(NamedTuple):
-    """A joint and how it is driven.
+    """A joint and how it is driven."""
 
-    Attributes
-    ----------
-    inertia : float
-        Inertia, kg m^2.
-    width : float
-        Width of the smoothed sign, rad/s.
-    rate : int
-        Sampling rate, Hz.
-    cascade : bool
-        Whether a position loop is outside.
-    """
-
-    inertia: float
-    width: float
-    rate: int
-    cascade: bool
+    inertia: float  # inertia, kg m^2
+    width: float  # width of the smoothed sign, rad/s
+    rate: int  # sampling rate, Hz
+    cascade: bool  # whether a position loop is outside
 
     @property
     def name(self) -> str:

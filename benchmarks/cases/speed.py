@@ -27,17 +27,10 @@ from adaptive_ff.studies.study import Found, run_study
 from adaptive_ff.studies.sweep import run_draw
 from benchmarks.suite import Case
 
-CALLS = 50_000
-"""Steps that are timed of a single controller; a tenth of them of a group."""
-
-JOINTS = (1, 6, 24)
-"""Sizes of groups."""
-
-ROWS = 200_000
-"""Rows of the log that is read."""
-
-DRAWS = 100
-"""Joints of the sweep."""
+CALLS = 50_000  # steps that are timed of a single controller; a tenth of them of a group
+JOINTS = (1, 6, 24)  # sizes of groups
+ROWS = 200_000  # rows of the log that is read
+DRAWS = 100  # joints of the sweep
 
 Call = Callable[[int], Any]
 
@@ -147,8 +140,7 @@ def run_commands(controllers: list[str]) -> Found:
     return {"": {"row": "command line"}, **{name: figures if name == "adaptive" else {} for name in controllers}}
 
 
-REPLAYED = 1_000_000
-"""Samples at 1 kHz of the log that is replayed."""
+REPLAYED = 1_000_000  # samples at 1 kHz of the log that is replayed
 
 REPLAY = """import re, sys
 from pathlib import Path

@@ -17,13 +17,7 @@ GROUPS = {
 
 
 def controller_class(name: str, classes: dict[str, str] = CLASSES) -> Any:
-    """Return the class of a controller.
-
-    Raises
-    ------
-    ValueError
-        There is none of that name for such loops.
-    """
+    """Return the class of a controller."""
     if name not in classes:
         raise ValueError(f"controllers = {name!r} is not known in such loops; there are {', '.join(classes)}")
     module, _, own = classes[name].partition(":")

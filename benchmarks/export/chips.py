@@ -5,19 +5,16 @@ instructions; RISC-V counts them itself. Neither knows caches and wait states: t
 cycles. The stack is what has been overwritten of a pattern.
 """
 
-import re
-import subprocess
-import tempfile
+import shutil
 from pathlib import Path
 from typing import NamedTuple
 
 from adaptive_ff import load_scenario
 from adaptive_ff.comparison.registry import make_controller
-from benchmarks.export.driver import found, write_sources
+from benchmarks.export.project import STRICT, compiled, exported, run
 
 KINDS = ("pi", "fixed", "adaptive")
 ARM, RISC = ("arm-none-eabi-gcc", "-mthumb", "-mfloat-abi=hard"), ("riscv64-unknown-elf-gcc", "--specs=picolibc.specs")
-FLAGS = ("-std=c99", "-Os", "-ffp-contract=off", "-ffunction-sections")
 STEPS = 3000
 
 
@@ -124,27 +121,13 @@ LINKED = {
 
 
 def measured(chip: Chip, kind: str) -> dict[str, float]:
-    """Return bytes of code and constants, of the controller, and of the stack of a step, and its most instructions.
-
-    Raises
-    ------
-    ValueError
-        A compiler or the emulator is not installed.
-    """
-    if not (found(chip.command[0]) and found(chip.machine[0])):
+    """Return bytes of code and constants, of the controller, and of the stack of a step, and its most instructions."""
+    if not (shutil.which(chip.command[0]) and shutil.which(chip.machine[0])):
         raise ValueError(f"{chip.command[0]} or {chip.machine[0]} is not installed")
-    with tempfile.TemporaryDirectory() as place:
-        folder = Path(place)
-        write_sources(make_controller(load_scenario(), kind), folder, chip.single)
-        _run(folder, *chip.command, *FLAGS, "-c", "drive.c", "-o", "drive.o")
-        (folder / "ram.c").write_text('#include "drive.h"\ndrive_Controller controller;\n')
-        _run(folder, *chip.command, *FLAGS, "-c", "ram.c", "-o", "ram.o")
-        size = chip.command[0].replace("gcc", "size")
-        sizes = [
-            re.findall(r"^\s*(\d+)\s+(\d+)\s+(\d+)", _run(folder, size, name), re.M)[0] for name in ("drive.o", "ram.o")
-        ]
-        version = _run(folder, chip.command[0], "-dumpfullversion").strip()
-        figures = {"flash": float(sizes[0][0]), "ram": float(sizes[1][2]), "gcc": float(version.rpartition(".")[0])}
+    with exported(make_controller(load_scenario(), kind), single=chip.single) as folder:
+        flash, ram = compiled(folder, chip.command, "-ffunction-sections")
+        version = run(folder, chip.command[0], "-dumpfullversion").strip()
+        figures = {"flash": float(flash), "ram": float(ram), "gcc": float(version.rpartition(".")[0])}
         return figures | _emulated(chip, folder)
 
 
@@ -153,16 +136,8 @@ def _emulated(chip: Chip, folder: Path) -> dict[str, float]:
     (folder / "main.c").write_text(MAIN.replace("REAL", real).replace("STEPS", str(STEPS)))
     (folder / "layout.ld").write_text(LAYOUT)
     linked = (*LINKED[chip.machine[0]], "-Wl,--gc-sections", "-lm", "-o", "chip.elf")
-    _run(folder, *chip.command, *FLAGS, "main.c", "drive.o", *linked)
-    said_to = ("-chardev", "stdio,id=said", "-semihosting-config", "enable=on,chardev=said")
-    quiet = ("-kernel", "chip.elf", *said_to, "-display", "none", "-monitor", "none", "-serial", "none")
-    said = _run(folder, *chip.machine, *quiet, "-icount", "shift=0")
-    instructions, stack = (float(number) for number in said.split())
+    run(folder, *chip.command, *STRICT, "-Os", "-ffunction-sections", "main.c", "drive.o", *linked)
+    output = ("-chardev", "stdio,id=out", "-semihosting-config", "enable=on,chardev=out")
+    quiet = ("-kernel", "chip.elf", *output, "-display", "none", "-monitor", "none", "-serial", "none")
+    instructions, stack = map(float, run(folder, *chip.machine, *quiet, "-icount", "shift=0").split())
     return {"instructions": instructions, "stack": stack}
-
-
-def _run(folder: Path, *command: str) -> str:
-    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False, timeout=300)
-    if done.returncode:
-        raise ValueError(f"{' '.join(command[:3])}: {(done.stderr + done.stdout)[:300]}")
-    return done.stdout

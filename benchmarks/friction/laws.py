@@ -18,11 +18,8 @@ from benchmarks.friction.record import PreslidingRecord
 from controllers.compiled import compiled
 from plant import ElastoPlasticJoint, LuGreJoint, MaxwellJoint, RollingJoint, initial_state
 
-HEAVY = 1e12
-"""Inertia of the joint that is pushed along, kg."""
-
-STEP = 0.005
-"""Solver period that the joints are checked for, s; the record's is the same but for a few samples."""
+HEAVY = 1e12  # inertia of the joint that is pushed along, kg
+STEP = 0.005  # solver period that the joints are checked for, s; the record's is the same but for a few samples
 
 
 def _push(joint: Any, state: Any, velocity: Any, period: Any, force: Any) -> None:
@@ -45,27 +42,13 @@ def force_along(joint: Any, velocity: NDArray[np.float64], period: NDArray[np.fl
 
 @dataclass(frozen=True)
 class Law:
-    """A friction law with parameters to fit.
+    """A friction law with parameters to fit."""
 
-    Attributes
-    ----------
-    name : str
-        Name for tables and pictures.
-    names : tuple of str
-        Names of its parameters, all positive.
-    start : tuple of float
-        Where the search begins.
-    make : callable
-        Makes the joint from the parameters.
-    share : float
-        Largest error that is asked for, as a share of Coulomb friction's.
-    """
-
-    name: str
-    names: tuple[str, ...]
-    start: tuple[float, ...]
-    make: Callable[..., Any]
-    share: float
+    name: str  # name for tables and pictures
+    names: tuple[str, ...]  # names of its parameters, all positive
+    start: tuple[float, ...]  # where the search begins
+    make: Callable[..., Any]  # makes the joint from the parameters
+    share: float  # largest error that is asked for, as a share of Coulomb friction's
 
 
 def _fields(coulomb: float) -> dict[str, float]:
@@ -109,24 +92,12 @@ LAWS = (
 
 @dataclass(frozen=True)
 class Fit:
-    """A law fitted to a record.
+    """A law fitted to a record."""
 
-    Attributes
-    ----------
-    law : str
-        Name of the law.
-    values : dict of float
-        Its parameters; ``offset`` is a constant force, N, that every law has.
-    force : ndarray, shape (n,)
-        Its force along the whole record, N.
-    fitted, tested : float
-        Error (rms, N) over the half that was fitted and the half that was not.
-    """
-
-    law: str
-    values: dict[str, float]
-    force: NDArray[np.float64]
-    fitted: float
+    law: str  # name of the law
+    values: dict[str, float]  # its parameters; ``offset`` is a constant force, N, that every law has
+    force: NDArray[np.float64]  # shape (n,): its force along the whole record, N
+    fitted: float  # fitted, tested: error (rms, N) over the half that was fitted and the half that was not
     tested: float
 
 

@@ -33,8 +33,7 @@ PERIOD = 1e-3
 SIMULATED, FITTED = "0.15", "C0"
 """Colours of what is simulated along a made-up motion, and of what is fitted to the record."""
 
-DRAWN = 2000
-"""Samples of the record that are drawn, from the begin of the half that was not fitted: some two cycles."""
+DRAWN = 2000  # samples of the record that are drawn, from the begin of the half that was not fitted: some two cycles
 
 
 def motion() -> NDArray[np.float64]:

@@ -9,35 +9,18 @@ from numpy.typing import NDArray
 ROOT = Path(__file__).resolve().parent.parent.parent
 DATA = ROOT.parent / "shared" / "data" / "tribometer_presliding" / "reciprocating_presliding.npz"
 
-LOADED = 4.9
-"""Normal load from which on the contact counts as loaded, N."""
-
-RUN_IN = 15.0
-"""Time that is left out: the load is put on and the first stroke begins elsewhere, s."""
-
-PLAY = 2e-7
-"""Half width of the play operator that takes the flicker of the last digit (1e-7 m) out of the position, m."""
+LOADED = 4.9  # normal load from which on the contact counts as loaded, N
+RUN_IN = 15.0  # time that is left out: the load is put on and the first stroke begins elsewhere, s
+PLAY = 2e-7  # half width of the play operator that takes the flicker of the last digit (1e-7 m) out of the position, m
 
 
 class PreslidingRecord(NamedTuple):
-    """A record of friction over an imposed motion.
+    """A record of friction over an imposed motion."""
 
-    Attributes
-    ----------
-    period : ndarray, shape (n,)
-        Time since the sample before, s.
-    position : ndarray, shape (n,)
-        Position, m, without its flicker.
-    velocity : ndarray, shape (n,)
-        Mean velocity since the sample before, m/s.
-    force : ndarray, shape (n,)
-        Friction force against motion in the direction of the position, N.
-    """
-
-    period: NDArray[np.float64]
-    position: NDArray[np.float64]
-    velocity: NDArray[np.float64]
-    force: NDArray[np.float64]
+    period: NDArray[np.float64]  # shape (n,): time since the sample before, s
+    position: NDArray[np.float64]  # shape (n,): position, m, without its flicker
+    velocity: NDArray[np.float64]  # shape (n,): mean velocity since the sample before, m/s
+    force: NDArray[np.float64]  # shape (n,): friction force against motion in the direction of the position, N
 
     def part(self, which: slice) -> "PreslidingRecord":
         """Return some of the samples."""

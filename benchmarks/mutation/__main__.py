@@ -35,8 +35,7 @@ from benchmarks.mutation.operators import Mutant, mutants
 from benchmarks.mutation.session import Mutation
 from benchmarks.running import KEPT
 
-ROOMS = ("controllers", "plant", "friction", "learning", "adaptive", "identify", "simulation")
-"""What is mutated."""
+ROOMS = ("controllers", "plant", "friction", "learning", "adaptive", "identify", "simulation")  # what is mutated
 
 TESTS = ("controllers", "plant", *(f"adaptive_ff/{room}" for room in (*ROOMS[2:], "baselines", "comparison", "replay")))
 """Folders of the tests that are run."""
@@ -46,8 +45,7 @@ LINE_UP = ("pi", "oracle", "adaptive")
 
 OPTIONS = ("-n", "0", "-q", "-p", "no:cacheprovider", "--assert=plain", "--hypothesis-profile", "mutation")
 
-PHASES = (Phase.explicit, Phase.generate)
-"""What hypothesis does; a failure need not be made small here."""
+PHASES = (Phase.explicit, Phase.generate)  # what hypothesis does; a failure need not be made small here
 
 
 def room_of(name: str) -> str:
@@ -109,8 +107,7 @@ class Verdicts:
         return self.plain.get(number) is not None or self.compiled.get(number) is not None
 
 
-PROGRESS = os.fdopen(os.dup(2), "w")
-"""Where progress is told; pytest captures the other, and forks close it."""
+PROGRESS = os.fdopen(os.dup(2), "w")  # where progress is told; pytest captures the other, and forks close it
 
 
 def run(count: int, seed: int) -> Verdicts:

@@ -12,8 +12,7 @@ from benchmarks.mutation.operators import Mutant
 
 ROOT = Path(__file__).resolve().parent.parent.parent
 
-LIMIT = 40
-"""Processor time of the tests of a survivor at most, s; one that is not noticed by then survives."""
+LIMIT = 40  # processor time of the tests of a survivor at most, s; one that is not noticed by then survives
 
 OPTIONS = ("-x", "-q", "-n", "0", "-p", "no:cacheprovider", "--assert=plain", "--tb=no", "-rfE", "-m", "")
 

@@ -37,24 +37,12 @@ Place = tuple[str | int, ...]
 
 @dataclass(frozen=True)
 class Mutant:
-    """One change of one function.
+    """One change of one function."""
 
-    Attributes
-    ----------
-    name : str
-        Full name of the function.
-    function : FunctionType
-        The function.
-    place : tuple
-        Way to the node from the root of the function's syntax tree.
-    changed : ast.AST
-        What is put there.
-    """
-
-    name: str
-    function: FunctionType
-    place: Place
-    changed: ast.AST
+    name: str  # full name of the function
+    function: FunctionType  # the function
+    place: Place  # way to the node from the root of the function's syntax tree
+    changed: ast.AST  # what is put there
 
     @property
     def before(self) -> str:

@@ -22,19 +22,16 @@ from benchmarks.mutation.operators import Mutant, marked_code
 SLOWEST = 0.5
 """Tests that take longer in plain Python, s of processor time, are run compiled alone, as all cases of the same."""
 
-MOST = 6.0
-"""Processor time of the tests that a mutant meets in plain Python at most, s."""
+MOST = 6.0  # processor time of the tests that a mutant meets in plain Python at most, s
 
 PATIENCE, GRACE = 3.0, 5.0
 """A mutant is given this many times the time that its tests take without it, and so many seconds."""
 
-LONGEST = 3600.0
-"""Processor time of all tests together at most, s."""
+LONGEST = 3600.0  # processor time of all tests together at most, s
 
 MARK = "_reached_by_tests"
 
-NO_ANSWER = "out of time"
-"""What is told of a process that was ended or died."""
+NO_ANSWER = "out of time"  # what is told of a process that was ended or died
 
 
 class TooSlow(BaseException):
@@ -43,46 +40,23 @@ class TooSlow(BaseException):
 
 @dataclass
 class Noted:
-    """What is known of a test in plain Python.
+    """What is known of a test in plain Python."""
 
-    Attributes
-    ----------
-    seconds : float
-        How long it takes.
-    passed : bool
-        Whether it passes, and in time.
-    reached : list of int
-        The mutants whose line it reaches.
-    """
-
-    seconds: float
-    passed: bool
-    reached: list[int]
+    seconds: float  # how long it takes
+    passed: bool  # whether it passes, and in time
+    reached: list[int]  # the mutants whose line it reaches
 
 
 @dataclass
 class Mutation:
-    """A plug-in of pytest that runs the collected tests once a mutant.
+    """A plug-in of pytest that runs the collected tests once a mutant."""
 
-    Attributes
-    ----------
-    mutants : dict of Mutant
-        What is tried, by number.
-    waiting : list of int
-        Those of them that have not been tried yet.
-    notes : Path
-        File of what each test reaches; read where it is there.
-    found : callable
-        Is called with the number of each mutant and the test that noticed it, or None.
-    noted : dict of Noted
-        What each test does in plain Python.
-    """
-
-    mutants: dict[int, Mutant]
-    waiting: list[int]
-    notes: Path
+    mutants: dict[int, Mutant]  # what is tried, by number
+    waiting: list[int]  # those of them that have not been tried yet
+    notes: Path  # file of what each test reaches; read where it is there
+    # is called with the number of each mutant and the test that noticed it, or None
     found: Callable[[int, str | None], None]
-    noted: dict[str, Noted] = field(default_factory=dict)
+    noted: dict[str, Noted] = field(default_factory=dict)  # what each test does in plain Python
 
     def pytest_runtestloop(self, session: pytest.Session) -> bool:
         """Run the tests without a fault, then those that reach a mutated line for each mutant."""

@@ -32,8 +32,7 @@ EXPERIMENTS: dict[str, Callable[[], Experiment]] = {
 }
 """In the order of the table."""
 
-SOURCE = "seed 1, python -m benchmarks.paper"
-"""What stands below each picture."""
+SOURCE = "seed 1, python -m benchmarks.paper"  # what stands below each picture
 
 BAD_INPUT = 2
 

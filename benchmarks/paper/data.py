@@ -34,10 +34,8 @@ PERIOD = 0.01  # s
 DURATION = 60.0  # s
 CORNER = 2.0  # Hz
 TORQUE_RMS = 1.5 * TRUE.stiction  # N m
-SEED = 1
-"""Seed of what is reported; settings were chosen on seeds from 101 on."""
-MORE_SEEDS = range(1, 21)
-"""Seeds on which it is repeated."""
+SEED = 1  # seed of what is reported; settings were chosen on seeds from 101 on
+MORE_SEEDS = range(1, 21)  # seeds on which it is repeated
 TRUTH_VALUES = np.array([getattr(TRUE, name) for name in ESTIMATED])
 """True inertia, Coulomb friction, stiction, viscous coefficient and friction lag."""
 CURVE = {"stribeck_velocity": TRUE.stribeck_velocity, "stribeck_shape": TRUE.stribeck_shape}

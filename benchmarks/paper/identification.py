@@ -21,10 +21,8 @@ from adaptive_ff.learning.torque_form import TorqueForm, initial_signals, regres
 from benchmarks.paper.data import CURVE, PERIOD, SOLVER_PERIOD, TRUE, Data, Steps, as_row, predict
 from controllers import compiled
 
-FIRST = 2
-"""First sample that (4) can predict."""
-FIELDS = len(SeriesCoefficients._fields)
-"""Coefficients of (4)."""
+FIRST = 2  # first sample that (4) can predict
+FIELDS = len(SeriesCoefficients._fields)  # coefficients of (4)
 FILTER_POLE = 60.0  # rad/s
 SLOWEST = 0.01  # rad/s, speed of the gate
 HOLD = 3.0 / FILTER_POLE  # s, hold of the gate
@@ -117,8 +115,7 @@ def _run_series(
 
 
 run_series = compiled(_run_series)
-VAGUE = 1e6
-"""Variance of what the torque form begins with, in squares of the units of its columns."""
+VAGUE = 1e6  # variance of what the torque form begins with, in squares of the units of its columns
 
 
 class Recursion(NamedTuple):

@@ -20,8 +20,7 @@ from benchmarks.paper.experiment import Experiment, Row
 from benchmarks.paper.identification import series, series_one_step
 
 MILLISECOND = 1e-3  # s
-EXACT = 1e-9
-"""Relative difference below which two numbers count as equal."""
+EXACT = 1e-9  # relative difference below which two numbers count as equal
 
 
 READINGS = {

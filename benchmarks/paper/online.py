@@ -25,8 +25,7 @@ from benchmarks.paper.identification import (
 from controllers import pi_gains
 
 TRANSIENT = 4.0  # s, after which the paper sees no transients
-COVARIANCE = 1e6
-"""Diagonal of ``R0``; the paper says "large"."""
+COVARIANCE = 1e6  # diagonal of ``R0``; the paper says "large"
 COVARIANCES = (1e2, 1e4, 1e6, 1e8)
 LARGEST_RATIO = 0.2
 LARGEST_DIFFERENCE = 1e-9

@@ -17,8 +17,7 @@ from adaptive_ff.simulation.loop import run_compiled, start_position
 from benchmarks.paper.data import Array, Steps
 from controllers import PI, Controller, pi_gains
 
-SCENARIO = load_scenario()
-"""The reference joint, its multisine and its torque limit."""
+SCENARIO = load_scenario()  # the reference joint, its multisine and its torque limit
 SOLVER_PERIOD = SCENARIO.joint.solver_period  # s
 DURATION = 120.0  # s
 CYCLE = 40  # samples

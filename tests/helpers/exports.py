@@ -12,7 +12,7 @@ from adaptive_ff.comparison.registry import CONTROLLERS
 from adaptive_ff.export.sample import made_up_inputs
 from adaptive_ff.friction.model import ESTIMATED, PER_DIRECTION, WITH_GRAVITY, WITH_OFFSET
 from adaptive_ff.scenario.scenario import load_scenario
-from benchmarks.export.machines import zig
+from benchmarks.export.project import zig
 from controllers import PI, Inputs
 
 SCENARIO = load_scenario()

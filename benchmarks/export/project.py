@@ -1,0 +1,108 @@
+"""Exported projects of controllers, compiled and run: on this machine, under emulation, for processors of drives."""
+
+import itertools
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from functools import partial
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from adaptive_ff import AdaptiveController, export_controller, load_scenario
+from adaptive_ff.comparison.registry import CONTROLLERS
+from adaptive_ff.friction.model import ESTIMATED, PER_DIRECTION, PER_DIRECTION_WITH_GRAVITY, WITH_GRAVITY, WITH_OFFSET
+from controllers import PI
+
+SIZES = {"symmetric": ESTIMATED, "offset": WITH_OFFSET, "gravity": WITH_GRAVITY, "directions": PER_DIRECTION}
+STRICT = ("-std=c99", "-ffp-contract=off")
+
+
+class Row(NamedTuple):
+    """One line of what a section has found."""
+
+    what: str  # what was measured
+    figure: float | str  # what was found
+    met: bool | None = None  # whether its target is met; None where there is none or nothing could be measured
+
+
+def adaptive(size: str, delay: float = 0.0, velocity_lag: float = 0.0, **further: Any) -> AdaptiveController:
+    """Make an adaptive controller for the built-in joint."""
+    design = PI.design(inertia=20.0, period=0.01, bandwidth=10.0)
+    settings = {"parameters": SIZES.get(size, PER_DIRECTION_WITH_GRAVITY), "delay": delay, "velocity_lag": velocity_lag}
+    known: dict[str, Any] = {"inertia": 20.0, "stribeck_velocity": 0.05, **settings, **further}
+    return AdaptiveController(design.proportional, design.integral, 0.01, **known)
+
+
+def everything() -> AdaptiveController:
+    """Make an adaptive controller with all that it can learn: 28 columns."""
+    known = {"ripple_periods": [0.02], "position_periods": [0.3], "position_hats": 5, "load_friction": True}
+    return adaptive("all", 1.5, 0.004, **known, regressors=2)
+
+
+def variants() -> dict[str, Callable[[], Any]]:
+    """Return functions that make a controller of each kind that compare knows, and all variants of the adaptive one."""
+    prompt = load_scenario()
+    delayed = prompt.modified(actuator={"delay": 0.015}, feedback={"bandwidth": 3.0})
+    found: dict[str, Callable[[], Any]] = {}
+    kinds = set()
+    for scenario, word in ((prompt, ""), (delayed, ", delay 1.5")):
+        for name, maker in CONTROLLERS.items():
+            kind = (type(maker(scenario)), type(maker(scenario).parameters), word)
+            if name != "adaptive" and kind not in kinds:
+                kinds.add(kind)
+                found[f"{name}{word}"] = partial(maker, scenario)
+    for size, delay, lag in itertools.product(SIZES, (0.0, 1.5), (0.0, 0.004)):
+        found[f"adaptive, {size}, delay {delay}, velocity lag {lag}"] = partial(adaptive, size, delay, lag)
+    return found
+
+
+def zig() -> list[str] | None:
+    """Return the command of the cross compiler from the package index; none where it is not installed."""
+    return [sys.executable, "-m", "ziglang", "cc"] if find_spec("ziglang") else None
+
+
+def compilers() -> list[str]:
+    """Return the compilers of this machine."""
+    return [name for name in ("gcc", "clang") if shutil.which(name)]
+
+
+@contextmanager
+def exported(controller: Any, *, single: bool = False) -> Iterator[Path]:
+    """Give the folder of an exported project, whose names begin with ``drive``."""
+    with tempfile.TemporaryDirectory() as folder:
+        export_controller(controller, folder, prefix="drive", single=single)
+        yield Path(folder)
+
+
+def run(folder: Path, *command: str) -> str:
+    """Run a command in a folder and return what it prints; where it fails, what it says is the error."""
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False, timeout=300)
+    if done.returncode:
+        raise ArithmeticError(f"{' '.join(command[:3])}: {(done.stderr + done.stdout)[:300]}")
+    return done.stdout
+
+
+def difference(folder: Path, command: Sequence[str], emulator: Sequence[str] = ()) -> float:
+    """Return the largest difference of the self-test to the recorded run, over its largest torque."""
+    run(folder, *command, *STRICT, "drive.c", "drive_selftest.c", "-o", "selftest", "-lm")
+    return float(re.findall(r"difference (\S+)", run(folder, *emulator, "./selftest"))[0])
+
+
+def sections_of(folder: Path, command: Sequence[str], name: str) -> tuple[int, int]:
+    """Return the bytes of code and constants of an object, and of its globals."""
+    printed = run(folder, re.sub("gcc$", "size", command[0]) if "gcc" in command[0] else "size", name)
+    text, data, bss = map(int, re.findall(r"^\s*(\d+)\s+(\d+)\s+(\d+)", printed, re.M)[0])
+    return text, data + bss
+
+
+def compiled(folder: Path, command: Sequence[str], *flags: str) -> tuple[int, int]:
+    """Compile the controller and a variable of it as objects; return bytes of code and constants, and of its state."""
+    run(folder, *command, *STRICT, "-Os", *flags, "-c", "drive.c", "-o", "drive.o")
+    (folder / "ram.c").write_text('#include "drive.h"\ndrive_Controller controller;\n')
+    run(folder, *command, *STRICT, "-Os", "-fno-common", "-c", "ram.c", "-o", "ram.o")
+    return sections_of(folder, command, "drive.o")[0], sections_of(folder, command, "ram.o")[1]
