@@ -21,6 +21,7 @@ STATISTICS: dict[str, Callable[[list[float]], float]] = {
     "geometric": geometric_mean,
     "percent": lambda values: 100.0 * float(np.mean(values)),
     "count": len,
+    "total": sum,
 }
 """Statistics by name; ``below:X`` and ``above:X`` count values beyond a limit. ``size`` is the median magnitude."""
 

@@ -78,20 +78,21 @@ def friction_laws(count: int = 1, first: int = 1) -> list[Case]:
     return [Case("presliding record", first, partial(run_report, "presliding record", _friction_laws))]
 
 
-def _mutation(mutants: int, seed: int) -> Reported:
+def _mutation(room: str, mutants: int, seed: int) -> Reported:
     command = [sys.executable, "-m", "benchmarks.mutation", "--count", str(mutants), "--seed", str(seed)]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
-    found = re.search(r"(\d+) of (\d+) mutants killed", done.stdout)
+    found = re.search(rf"^{room}: (\d+) drawn, (\d+) survive", done.stdout, re.M)
     if found is None:
         raise ValueError(f"mutation: {(done.stdout + done.stderr)[-200:]}")
-    return [("drawn", int(found[2]), None), ("survived", int(found[2]) - int(found[1]), None)]
+    return [("drawn", int(found[1]), None), ("survived", int(found[2]), None)]
 
 
-def mutation(mutants: int, count: int = 1, first: int = 1) -> list[Case]:
-    """Return draws of so many mutants of the kernels, each run through the tests in a process of its own."""
+def mutation(rooms: list[str], mutants: int, count: int = 1, first: int = 1) -> list[Case]:
+    """Return the rooms of draws of so many mutants: the first one runs them all, and keeps what the others read."""
     return [
-        Case(f"mutants/{seed}", seed, partial(run_report, "kernels", partial(_mutation, mutants, seed)))
+        Case(f"{room}/{seed}", seed, partial(run_report, room, partial(_mutation, room, mutants, seed)))
         for seed in range(first, first + count)
+        for room in rooms
     ]
 
 
