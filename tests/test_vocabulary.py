@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parent.parent
-ROOMS = ("report", "cli", "comparison", "studies", "simulation", "scenario", "playground")
+ROOMS = ("report", "cli", "comparison", "studies", "simulation", "scenario", "playground", "baselines", "blocks")
 
 TERMS = {
     **dict.fromkeys(("told", "untold"), "given, unspecified, known"),
@@ -22,7 +22,8 @@ TERMS = {
 """Private words, and terms of the field for them."""
 
 KEYS = {"friction_share", "link_share", "position_hats", "share_of_oracle"}
-"""Fields of scenarios and results, which stay."""
+KEYS |= {"controller_block", "joint_block", "drive_block"}
+"""Fields of scenarios and results, arguments and functions, which stay."""
 
 PHRASES = re.compile(
     r"\b(?:untold|told|rivals?|seen|blamed|guilty|acquitted|kicked|(?<!of )courses?|shares? (?:of|done))\b"
@@ -56,7 +57,7 @@ def prose_of(tree, text):
 @pytest.mark.parametrize("room", ROOMS)
 def test_names_and_prose_are_of_the_field(room):
     found = []
-    for path in sorted((ROOT / "adaptive_ff" / room).rglob("*.py")):
+    for path in sorted([*(ROOT / "adaptive_ff").glob(f"{room}.py"), *(ROOT / "adaptive_ff" / room).rglob("*.py")]):
         text = path.read_text(encoding="utf-8")
         tree = ast.parse(text)
         for name in sorted(set(bound_names(tree)) - KEYS):

@@ -7,7 +7,7 @@ value of the last sample, is linear in five parameters,
     w(k) - w(k-1) = dt/J (u(k-1) - F(w(k-1)))
 
 which recursive least squares with forgetting finds. The increment is regressed rather than ``w(k)``, so that the
-real length of a period takes part and noise hardly touches the regressors. A share of the estimated friction is
+real length of a period takes part and noise hardly touches the regressors. A fraction of the estimated friction is
 compensated: more than there is makes a limit cycle, so a deliberate rest is left to the feedback.
 
 Of the scheme of 1987, whose text was not at hand, this keeps what later literature says of it: recursive least squares,
@@ -115,14 +115,8 @@ def step_identified(
 ) -> tuple[float, float, float, float]:
     """Learn from the period that ends, and look at the one in which the coming torque acts.
 
-    Returns
-    -------
-    velocity : float
-        Velocity, the last one where it is not measured, rad/s.
-    start, end : float
-        Plan at the start and at the end of the coming period, rad/s.
-    torque : float
-        Torque that moves the inertia along it, N m.
+    Returned are the velocity, the last one where it is not measured, the plan at the start and at the end of the coming
+    period, all in rad/s, and the torque that moves the inertia along it, N m.
     """
     finite = math.isfinite(inputs.velocity)
     velocity = inputs.velocity if finite else state.feedback.velocity
@@ -153,7 +147,7 @@ def step_canudas(parameters: "CanudasLoop", state: CanudasState, inputs: Inputs)
     """Do one sample with friction fed forward along the reference."""
     inputs, guard = plausible_inputs(parameters.feedback, state.feedback, inputs)
     velocity, start, end, torque = step_identified(parameters, state, inputs)
-    torque += parameters.share * friction_along(state.physical, start, end)
+    torque += parameters.compensated * friction_along(state.physical, start, end)
     return finish_canudas(parameters, state, inputs, guard, velocity, torque)
 
 
@@ -165,7 +159,7 @@ def step_canudas_measured(
     velocity, _, _, torque = step_identified(parameters, state, inputs)
     edge = max(abs(velocity), parameters.dead_zone)
     friction = friction_along_one_way(state.physical, 2.0 * math.copysign(edge, velocity))
-    torque += parameters.share * abs(velocity) / edge * friction
+    torque += parameters.compensated * abs(velocity) / edge * friction
     return finish_canudas(parameters, state, inputs, guard, velocity, torque)
 
 
@@ -175,7 +169,7 @@ def write_canudas(parameters: "CanudasLoop", state: CanudasState, row: MutableAr
         row[i] = state.physical[i]
 
 
-SHARE = "Fraction of the estimated friction that is compensated."
+COMPENSATED = "Fraction of the estimated friction that is compensated."
 
 
 @controller()
@@ -185,7 +179,7 @@ class CanudasLoop(DesignedLoop, IdentifyingController):
     estimate_names = NAMES
 
     dead_zone: float = argument(positive, "Speed below which nothing is learnt, rad/s.")
-    share: float = argument(fraction, SHARE, default=0.85)
+    compensated: float = argument(fraction, COMPENSATED, default=0.85)
     memory: float = argument(positive, "Memory, s of motion outside the dead zone.", default=5.0)
     scale: NDArray[np.float64] = derived("Unit in which each coefficient is estimated.")
     torque_scale: float = derived("Unit of torque, N m.")
@@ -199,14 +193,14 @@ class CanudasLoop(DesignedLoop, IdentifyingController):
 
 @controller(step_canudas, CanudasState, estimates=write_canudas)
 class CanudasController(CanudasLoop):
-    """``u = PI(e) + J dr/dt + share (Fc+- sgn(r) + sigma+- r)``, identified by recursive least squares.
+    """``u = PI(e) + J dr/dt + c (Fc+- sgn(r) + sigma+- r)``, identified by recursive least squares.
 
-    Friction by direction is fed forward along the reference ``r``.
+    Friction by direction is fed forward along the reference ``r``, and of it the fraction ``c`` compensated.
     """
 
 
 @controller(step_canudas_measured, CanudasState, estimates=write_canudas)
 class CanudasMeasuredController(CanudasLoop):
-    """``u = PI(e) + J dr/dt + share (Fc+- sgn(w) + sigma+- w)``, compensated at the measured velocity ``w``."""
+    """``u = PI(e) + J dr/dt + c (Fc+- sgn(w) + sigma+- w)``, compensated at the measured velocity ``w``."""
 
-    share: float = argument(fraction, SHARE, default=0.7)
+    compensated: float = argument(fraction, COMPENSATED, default=0.7)

@@ -5,7 +5,7 @@ taken for its error (:mod:`adaptive_ff.baselines.feedback_learning`).
 
 What the sources leave open, as chosen here:
 
-- *Features*: acceleration, velocity, a constant, and the Coulomb and adhesion shares of friction (5), (6), once for
+- *Features*: acceleration, velocity, a constant, and the Coulomb and adhesion parts of friction (5), (6), once for
   each friction lag of a given set, so that a mixture of them stands for a lag in between. Each is the feedforward of a
   model with one parameter, averaged over the coming period like that of the other controllers.
 - The feedback torque of a sample is paired with the features of the period that ends with it, which it answers to.
@@ -147,7 +147,7 @@ class FeedbackErrorLearning(DesignedLoop, IdentifyingController):
         """Return features, their units, and the rate and the lags that are chosen where none are given."""
         response = self.inertia / self.proportional
         rate = RATE / response if self.rate is None else self.rate
-        lags = [share * response for share in LAGS] if self.lags is None else [float(lag) for lag in self.lags]
+        lags = [lag * response for lag in LAGS] if self.lags is None else [float(lag) for lag in self.lags]
         check_positive(rate=rate)
         if not lags or not all(0.0 <= lag < math.inf for lag in lags):
             raise ValueError(

@@ -61,18 +61,9 @@ def learn_in_place(
     least: float,
     most: float,
 ) -> None:
-    """Move the weights along the features of the last period, times the feedback torque that they left over.
+    """Move the weights along the features of the last period, times the feedback torque (N m) that they left over.
 
-    Parameters
-    ----------
-    weights, features, scale : ndarray
-        Weights, changed in place; features of the last period; unit of each weight.
-    torque : float
-        Feedback torque, N m.
-    fraction : float
-        Fraction of it that is handed over, ``1 - exp(-rate dt)``.
-    least, most : float
-        Bounds of the inertia, kg m^2.
+    The fraction of it that is handed over is ``1 - exp(-rate dt)``; the inertia stays within bounds (kg m^2).
     """
     size = 0.0
     for i in range(scale.size):

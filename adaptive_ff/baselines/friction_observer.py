@@ -8,7 +8,7 @@ a Luenberger observer of velocity and remaining torque corrects it:
     q = q_r + (d - q_r) z (1 - ln z),   z = min(|x - x_r|/s, 1),   tau df/dt + f = q g(r) + sigma r
     dw^/dt = (u - f - d^)/J + l1 (w - w^),   dd^/dt = -l2 (w - w^),   u = PI(e) + J dr/dt + f + d^
 
-``x`` is the planned position, ``x_r`` that of the last reversal, ``q_r`` the share of friction mobilised there and
+``x`` is the planned position, ``x_r`` that of the last reversal, ``q_r`` the fraction of friction mobilised there and
 ``d`` the direction of motion.
 
 As chosen here: the model is a fixed one, as from a data sheet; at standstill, friction fades as in
@@ -48,54 +48,40 @@ class FrictionObserverState(NamedTuple):
     line: tuple[float, ...] = WAITING  # torques fed forward that wait for the delay of the drive, N m, newest first
 
 
-def mobilised_share(presliding: float, turned: float, travel: float) -> float:
-    """Return the mobilised share ``q`` of friction after a displacement (rad) from a reversal."""
+def mobilised_fraction(presliding: float, turned: float, travel: float) -> float:
+    """Return the mobilised fraction ``q`` of friction after a displacement (rad) from a reversal."""
     part = min(abs(travel) / presliding, 1.0)
     if part == 0.0:
         return turned
     return turned + (math.copysign(1.0, travel) - turned) * part * (1.0 - math.log(part))
 
 
-def mobilised_friction(model: TorqueModel, share: float, speed: float, way: float) -> float:
-    """Return the torque ``q g + sigma r`` (N m) at a speed (rad/s) in a direction, for a mobilised share."""
+def mobilised_friction(model: TorqueModel, fraction: float, speed: float, way: float) -> float:
+    """Return the torque ``q g + sigma r`` (N m) at a speed (rad/s) in a direction, for a mobilised fraction."""
     viscous = math.copysign(model.viscous * speed, way) + model.viscous_asymmetry * speed
-    return share * abs(directed_friction(model, speed, way) - viscous) + viscous
+    return fraction * abs(directed_friction(model, speed, way) - viscous) + viscous
 
 
 def mobilised_ramp(
-    model: TorqueModel, friction: float, shares: tuple[float, float], velocities: tuple[float, float], duration: float
+    model: TorqueModel,
+    friction: float,
+    fractions: tuple[float, float],
+    velocities: tuple[float, float],
+    duration: float,
 ) -> tuple[float, float]:
-    """Return integral (N m s) and end (N m) of the lagged friction while share and velocity (rad/s) go evenly."""
+    """Return integral (N m s) and end (N m) of the lagged friction while fraction and velocity (rad/s) go evenly."""
     way = velocities[0] + velocities[1]
-    first = mobilised_friction(model, shares[0], abs(velocities[0]), way)
-    last = mobilised_friction(model, shares[1], abs(velocities[1]), way)
+    first = mobilised_friction(model, fractions[0], abs(velocities[0]), way)
+    last = mobilised_friction(model, fractions[1], abs(velocities[1]), way)
     return lagged_ramp(friction, first, last, model.friction_lag, duration)
 
 
 def presliding_friction(
     model: TorqueModel, presliding: float, state: PreslidingState, start: float, end: float, duration: float
 ) -> tuple[float, PreslidingState]:
-    """Let elasto-plastic friction follow a motion that does not reverse.
+    """Let elasto-plastic friction follow a motion that does not reverse, from one velocity (rad/s) to another.
 
-    Parameters
-    ----------
-    model : TorqueModel
-        The joint.
-    presliding : float
-        Displacement until it slides, rad.
-    state : PreslidingState
-        State at the start.
-    start, end : float
-        Velocity at the start and the end, rad/s, not of opposite signs.
-    duration : float
-        Duration, s.
-
-    Returns
-    -------
-    integral : float
-        Integral of the friction torque, N m s.
-    state : PreslidingState
-        State at the end.
+    Returned are the integral of the friction torque (N m s) and the state at the end.
     """
     way = start + end
     if way == 0.0:
@@ -103,9 +89,9 @@ def presliding_friction(
         return integral, PreslidingState(friction, state.turned, state.travel)
     turned, travel = state.turned, state.travel
     if way * travel < 0.0:
-        turned, travel = mobilised_share(presliding, turned, travel), 0.0
+        turned, travel = mobilised_fraction(presliding, turned, travel), 0.0
     distance, left = 0.5 * abs(way) * duration, presliding - abs(travel)
-    integral, friction, first = 0.0, state.friction, mobilised_share(presliding, turned, travel)
+    integral, friction, first = 0.0, state.friction, mobilised_fraction(presliding, turned, travel)
     if 0.0 < left < distance:  # it breaks away on the way
         steady, part = 2.0 * start / way, left / distance
         breakaway = 2.0 * part / (steady + math.sqrt(steady * steady + 4.0 * (1.0 - steady) * part))
@@ -115,7 +101,7 @@ def presliding_friction(
         )
         start, duration, first = speed, (1.0 - breakaway) * duration, math.copysign(1.0, way)
     travel = min(max(travel + math.copysign(distance, way), -presliding), presliding)
-    last = mobilised_share(presliding, turned, travel)
+    last = mobilised_fraction(presliding, turned, travel)
     further, friction = mobilised_ramp(model, friction, (first, last), (start, end), duration)
     return integral + further, PreslidingState(friction, turned, travel)
 

@@ -37,19 +37,7 @@ from controllers.torques import slope_torque
 def zero_phase_torque(
     inertia: float, last: float, reference: float, following: float, period: float, delay: float
 ) -> float:
-    """Return the torque (N m) of the zero-phase inverse.
-
-    Parameters
-    ----------
-    inertia : float
-        Inertia, kg m^2.
-    last, reference, following : float
-        Planned velocity at the last sample, now and at the next sample, rad/s.
-    period : float
-        Nominal period, s.
-    delay : float
-        Computation delay of the drive, periods.
-    """
+    """Return the torque (N m) of the zero-phase inverse; the delay of the drive is in periods."""
     bend = following - 2.0 * reference + last
     return inertia / period * (0.5 * (following - last) + (delay + 0.5) * bend)
 

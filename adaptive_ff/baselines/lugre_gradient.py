@@ -15,7 +15,7 @@ As chosen here:
 
 - *Parameters*: inertia, ``sigma2``, offset, ``Fc``, ``Fs`` and ``sigma0``; ``Vs`` and ``delta`` are assumed. There is
   no damping ``sigma1`` of the bristles. What is known at the start is the inertia; ``sigma0`` begins with a given one.
-- *Gradient* normalised: with a unit ``s_i`` of each parameter, ``dp_i = share s_i^2 v_i e/(floor^2 + sum (s v)^2)`` and
+- *Gradient* normalised: with a unit ``s_i`` of each parameter, ``dp_i = f s_i^2 v_i e/(floor^2 + sum (s v)^2)`` and
   ``v = G df/dp``; the floor keeps a joint at rest from learning noise.
 - ``G`` is that of the assumed inertia and the loop without delay, sampled as the loop is.
 - Learning pauses where the measurement failed or the drive did not give the commanded torque.
@@ -48,13 +48,13 @@ INERTIA, VISCOUS, OFFSET, COULOMB, STICTION, STIFFNESS = range(PARAMETERS)
 STIFFNESS_RANGE = 100.0
 """``sigma0`` is assumed to lie within this factor of the one that it begins with."""
 
-LEAST_SHARE = 1e-3
-"""Least Coulomb friction, as a share of the unit of torque: the bristles need some level to slip at."""
+LEAST_FRACTION = 1e-3
+"""Least Coulomb friction, as a fraction of the unit of torque: the bristles need some level to slip at."""
 
 
 def _first_parameters(own: "LuGreGradient") -> MutableArray:
     """Return what a controller knows that knows nothing but the assumed inertia."""
-    least = LEAST_SHARE * own.torque_scale
+    least = LEAST_FRACTION * own.torque_scale
     return np.array([own.inertia, 0.0, 0.0, least, least, own.stiffness])
 
 
@@ -82,15 +82,15 @@ def unit_of(own: "LuGreGradient", parameters: NDArray[np.float64], place: int) -
 
 def descend_in_place(own: "LuGreGradient", state: LuGreGradientState, error: float, duration: float) -> None:
     """Move the parameters along the gradient of the squared error (rad/s) over a period (s)."""
-    found, least = state.parameters, LEAST_SHARE * own.torque_scale
+    found, least = state.parameters, LEAST_FRACTION * own.torque_scale
     size = own.least_size * own.least_size
     for i in range(PARAMETERS):
         scaled = unit_of(own, found, i) * state.sensitivities[i]
         size += scaled * scaled
-    share = -math.expm1(-own.rate * duration)
+    fraction = -math.expm1(-own.rate * duration)
     for i in range(PARAMETERS):
         unit = unit_of(own, found, i)
-        found[i] += share * unit * unit * state.sensitivities[i] * error / size
+        found[i] += fraction * unit * unit * state.sensitivities[i] * error / size
     found[INERTIA] = min(max(found[INERTIA], own.inertia / INERTIA_RANGE), own.inertia * INERTIA_RANGE)
     found[STIFFNESS] = min(max(found[STIFFNESS], own.stiffness / STIFFNESS_RANGE), own.stiffness * STIFFNESS_RANGE)
     found[VISCOUS] = max(found[VISCOUS], 0.0)
@@ -99,18 +99,10 @@ def descend_in_place(own: "LuGreGradient", state: LuGreGradientState, error: flo
 
 
 def bend_in_place(own: "LuGreGradient", state: LuGreGradientState, velocity: float, adhesion: float) -> float:
-    """Advance the bristles and their derivatives over a period of constant velocity; return their torque after it.
+    """Advance the bristles and their derivatives over a period of constant velocity (rad/s); return their torque.
 
-    With ``g`` constant the law is ``y+ = g d + (y - g d) k``, ``k = exp(-sigma0 |v| T/g)``, ``d = sgn v``.
-
-    Parameters
-    ----------
-    own, state : NamedTuple
-        Parameters and state; the derivatives are changed in place.
-    velocity : float
-        Planned velocity over the period, rad/s.
-    adhesion : float
-        Share of stiction in ``g`` at this velocity.
+    With ``g`` constant the law is ``y+ = g d + (y - g d) k``, ``k = exp(-sigma0 |v| T/g)``, ``d = sgn v``. The adhesion
+    is the fraction of stiction in ``g`` at this velocity.
     """
     values, slopes = state.parameters, state.slopes
     level = values[COULOMB] + (values[STICTION] - values[COULOMB]) * adhesion

@@ -34,7 +34,7 @@ class ModelBasedState(NamedTuple):
     feedforward: FeedforwardState = initial_feedforward_state()
     time: float = 0.0  # time since the first sample, s
     position: float = 0.0  # integral of the reference since then, rad
-    seen: float = 0.0  # last reference behind the lag of the measured velocity, rad/s
+    lagged: float = 0.0  # last reference behind the lag of the measured velocity, rad/s
 
 
 def model_in_row(rows: NDArray[np.float64], row: int) -> TorqueModel:
@@ -69,12 +69,12 @@ def step_model_based(
     feedforward accelerates.
     """
     inputs, guard = plausible_inputs(parameters.feedback, state.feedback, inputs)
-    time, position, seen = 0.0, 0.0, inputs.reference
+    time, position, lagged = 0.0, 0.0, inputs.reference
     if state.feedback.samples > 0:
         time = state.time + inputs.dt
         position = state.position + 0.5 * inputs.dt * (state.feedforward.reference + inputs.reference)
         if parameters.velocity_lag > 0.0:
-            seen = behind_lag(parameters.velocity_lag, state.seen, inputs.reference, inputs.dt)
+            lagged = behind_lag(parameters.velocity_lag, state.lagged, inputs.reference, inputs.dt)
     acting = time + parameters.feedback.delay * parameters.period
     model, turning = parameters.model, parameters.turning
     for change in range(parameters.schedule.shape[0]):
@@ -103,9 +103,9 @@ def step_model_based(
     if parameters.ripple[0] > 0.0:
         there = inputs.position if math.isfinite(inputs.position) else position
         torque -= parameters.ripple[0] * math.sin(parameters.ripple_waves * (there + turn))
-    compared = with_reference(with_feedforward(inputs, torque), seen)
+    compared = with_reference(with_feedforward(inputs, torque), lagged)
     output, feedback = feed_back(parameters.feedback, state.feedback, compared, guard)
-    return output, ModelBasedState(feedback, feedforward, time, position, seen)
+    return output, ModelBasedState(feedback, feedforward, time, position, lagged)
 
 
 def _rows(name: str, changes: Sequence[tuple[float, TorqueModel]]) -> NDArray[np.float64]:

@@ -14,13 +14,7 @@ PATIENCE = 20
 
 @contextmanager
 def workers(scheduler: str | None) -> Iterator[Executor | None]:
-    """Yield the executor of the cluster at an address; None, which stands for processes here, without one.
-
-    Raises
-    ------
-    InputError
-        The extra ``cluster`` is not installed, or no scheduler answers.
-    """
+    """Yield the executor of the cluster at an address; None, which stands for processes here, without one."""
     if scheduler is None:
         yield None
         return

@@ -53,29 +53,9 @@ def chosen_columns(
 ) -> Chosen:
     """Return the columns that are named, else those of usual names; warn of units without a factor.
 
-    Parameters
-    ----------
-    log : Path
-        The log, whose columns may have a row of units.
-    given : Columns
-        What is named; the torque of a group without a torque constant may have any unit.
-    linear : bool
-        Whether the joint is a linear axis.
-    ending : str, optional
-        That of the options that name columns, for messages.
-    further : mapping of str to str, optional
-        Further columns by role.
-    takes_current : bool, optional
-        Whether a current will do as the torque.
-    voltage : str, optional
-        Column of the motor's voltage, instead of a torque.
-    resistance : float, optional
-        That of the motor, ohm.
-
-    Raises
-    ------
-    InputError
-        Options contradict each other, a factor is none, or the torque is a current where it must not be.
+    The torque of a group without a torque constant may have any unit, and a current will do as the torque where that is
+    said. In place of a torque a motor's voltage and resistance (ohm) may stand. ``ending`` is that of the options that
+    name columns, for messages; ``further`` holds further columns by role.
     """
     from adaptive_ff.logs.columns import read_scales, with_units
 
@@ -164,14 +144,7 @@ def warn_of_units(
 ) -> None:
     """Warn where a column says another unit than the one it is taken in, or another axis, and no factor was given.
 
-    Parameters
-    ----------
-    named, columns : mapping of str to str
-        Column by role, with its unit and without.
-    scales : mapping of str to float
-        Factors that the user gave, by column.
-    linear : bool
-        Whether the joint is a linear axis.
+    ``named`` and ``columns`` hold the columns by role, with their unit and without.
     """
     from adaptive_ff.logs.column_units import foreign_unit, unit_of_other_axis
 

@@ -8,7 +8,7 @@ import typer
 
 from adaptive_ff.cli.columns import chosen_columns
 from adaptive_ff.cli.options import Limits, LogColumns, Output, ScenarioFile, TorqueDelay
-from adaptive_ff.cli.output import bars, warn
+from adaptive_ff.cli.output import bars, staged_results, warn
 from adaptive_ff.errors import InputError
 
 if TYPE_CHECKING:
@@ -39,7 +39,7 @@ def excite_command(
 
     loaded, source = load_scenario(scenario), str(scenario or "built-in scenario")
     linear = loaded.joint.axis == "linear"
-    with output.results() as results:
+    with staged_results(output) as results:
         chosen = default_limits(loaded, **vars(limits))
         with bars("motions") as done:
             progress = partial(done, "motions")
@@ -98,7 +98,7 @@ def commission_command(
     loaded, source = load_scenario(scenario), str(scenario or "built-in scenario")
     linear = loaded.joint.axis == "linear"
     given, taken = _given(log, columns, torque_delay, linear=linear)
-    with output.results() as results:
+    with staged_results(output) as results:
         pictures, gain, stage = {}, None, results.stage
         with bars("motion", "bandwidth") as done:
             if given is None:

@@ -9,7 +9,7 @@ import typer
 
 from adaptive_ff.cli.gate import Gate
 from adaptive_ff.cli.options import SETTINGS, OwnControllers, ScenarioFile, ViewerOutput
-from adaptive_ff.cli.output import bars, error_console, warn
+from adaptive_ff.cli.output import bars, error_console, staged_results, warn
 from adaptive_ff.errors import InputError
 
 if TYPE_CHECKING:
@@ -104,7 +104,7 @@ def compare_command(
         error_console().print("Looking for the bandwidth that suits each controller.")
     _check_controllers(loaded, mine, str(source))
     warn(loaded.cautions())
-    with output.results() as results:
+    with staged_results(output) as results:
         try:
             with bars(*loaded.controllers, *mine) as done:
                 comparison = compare(loaded, own=mine, progress=done, thin=thin, seeds=seeds)

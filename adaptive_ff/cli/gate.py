@@ -14,24 +14,7 @@ WORSE = 1
 
 
 class Gate:
-    """A baseline and what may be worse than it, checked before anything runs.
-
-    Parameters
-    ----------
-    path : Path
-        The baseline.
-    scenario : Scenario
-        The scenario that is to be run.
-    tolerance, controllers, metrics, across : list of str or None
-        What ``--tolerance``, ``--guard``, ``--metric`` and ``--across`` were given.
-    seeds : int, optional
-        Number of seeds that are run.
-
-    Raises
-    ------
-    InputError
-        The baseline cannot be read or is of another scenario, or an option is not allowed.
-    """
+    """A baseline and what may be worse than it, checked before anything runs."""
 
     def __init__(
         self,

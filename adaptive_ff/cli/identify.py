@@ -20,7 +20,7 @@ from adaptive_ff.cli.options import (
     ViewerOutput,
     named_parts,
 )
-from adaptive_ff.cli.output import error_console, progress_bars, warn, warn_of_skips
+from adaptive_ff.cli.output import error_console, progress_bars, staged_results, warn, warn_of_skips
 from adaptive_ff.errors import InputError
 
 if TYPE_CHECKING:
@@ -81,7 +81,7 @@ def identify_command(
     constant, linear = columns.torque_constant, regression.linear
     taken = chosen_columns(log, columns, linear=linear, voltage=voltage, resistance=resistance)
     given, other = taken.read(log), None if validate is None else taken.read(validate)
-    with output.results() as results:
+    with staged_results(output) as results:
         with progress_bars(error_console()) as progress:
             progress.add_task("identify", total=None)
             found = identify_log(
@@ -179,7 +179,7 @@ def score_command(
 
     taken = chosen_columns(train, columns, linear=linear)
     logs = [taken.read(path) for path in (train, test)]
-    with output.results() as results:
+    with staged_results(output) as results:
         score = score_log(*logs, linear=linear, torque_delay=torque_delay, **over_position.arguments())
         shown = [parameters_table(score.found), taken.sentence, *score_lines(score)]
         title, result = f"Model of {train}, simulated on {test}", {**score.to_dict(), "columns": taken.columns}

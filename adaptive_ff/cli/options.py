@@ -3,19 +3,15 @@
 import functools
 import inspect
 import math
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from dataclasses import dataclass, fields, is_dataclass
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
 from adaptive_ff.errors import InputError
-
-if TYPE_CHECKING:
-    from adaptive_ff.cli.output import Results
 
 KNOWN_FORMATS = ("png", "pdf", "svg")
 
@@ -69,14 +65,6 @@ class Output(Common):
             raise InputError(f"--format is empty; there are {', '.join(KNOWN_FORMATS)}")
         return names
 
-    @contextmanager
-    def results(self, *further: Path | None) -> "Iterator[Results]":
-        """Yield what takes the results, and print them at the end; the further files are staged as well."""
-        from adaptive_ff.cli.output import results
-
-        with results(self, *further) as taken:
-            yield taken
-
 
 @dataclass
 class ViewerOutput(Output):
@@ -88,13 +76,6 @@ class ViewerOutput(Output):
             help="Write the series there as MCAP, for PlotJuggler and Foxglove, with a layout for the former beside."
         ),
     ] = None
-
-    @contextmanager
-    def results(self, *further: Path | None) -> "Iterator[Results]":
-        """Yield what takes the results; the file of the series and the layout are staged as well."""
-        layout = None if self.mcap is None else self.mcap.with_suffix(".xml")
-        with super().results(self.mcap, layout, *further) as taken:
-            yield taken
 
 
 def named_parts(text: str, known: tuple[str, ...], refusal: str) -> tuple[str, ...]:

@@ -51,24 +51,9 @@ class Results:
     ) -> None:
         """Write JSON, pictures and on demand the page.
 
-        Parameters
-        ----------
-        name : str
-            Of the JSON file; nothing but the copy that ``--json`` asks for where it is empty.
-        result : dict
-            What the JSON files hold.
-        shown : iterable of Table or str
-            Tables and sentences in their order; they are printed at the end.
-        figures : mapping
-            Pictures by name.
-        title : str
-            Heading of the page.
-        details : mapping, optional
-            Longer texts of the page by heading.
-        source : str, optional
-            What the pictures say below that they are of, where they do not yet.
-        further : iterable of Table or str, optional
-            What only the page has.
+        Without a name there is nothing but the copy that ``--json`` asks for. What is shown, tables and sentences in
+        their order, is printed at the end; only the page has the title, the details (longer texts by heading) and what
+        is further. The source is what the pictures say below that they are of, where they do not yet.
         """
         from adaptive_ff.files import write_result
         from adaptive_ff.report.page import NAME, write_report
@@ -88,21 +73,12 @@ class Results:
         """Write the series of a result for viewers where ``--mcap`` asks for them."""
         from adaptive_ff.report.viewers import layout, write_mcap
 
-        file = self.output.mcap if isinstance(self.output, ViewerOutput) else None
-        if file is not None:
-            write_mcap(self.beside[file], found)
-            self.beside[file.with_suffix(".xml")].write_text(layout(found), encoding="utf-8")
+        if files := series_files(self.output):
+            write_mcap(self.beside[files[0]], found)
+            self.beside[files[1]].write_text(layout(found), encoding="utf-8")
 
     def left_behind(self, pictures: Iterable[str], files: Iterable[str]) -> None:
-        """Say which files that the command may write stay in its folder as they are, since it does not write them now.
-
-        Parameters
-        ----------
-        pictures : iterable of str
-            Names of the pictures that the command may write, without an ending.
-        files : iterable of str
-            Names of its other files.
-        """
+        """Say which of the command's pictures (without an ending) and files stay in its folder from earlier."""
         from adaptive_ff.report.page import NAME
 
         out = self.output.out
@@ -112,24 +88,11 @@ class Results:
 
 
 @contextmanager
-def results(output: Output, *further: Path | None) -> Iterator[Results]:
-    """Stage a folder and single files elsewhere; move them to their places when all are complete, and print.
-
-    Parameters
-    ----------
-    output : Output
-        Folder, and the copy of the JSON; ``-`` is printed when all is done.
-    *further : Path or None
-        Further single files; None for one that was not asked for.
-
-    Raises
-    ------
-    InputError
-        One of them cannot be written.
-    """
+def staged_results(output: Output, *further: Path | None) -> Iterator[Results]:
+    """Stage a folder and single files elsewhere; move them to their places when all are complete, and print."""
     from adaptive_ff.files import staged
 
-    wanted = [file for file in (output.json, *further) if file is not None]
+    wanted = [file for file in (output.json, *series_files(output), *further) if file is not None]
     with ExitStack() as stack:
         beside = {file: _staged_file(file, stack) for file in wanted}
         stage = stack.enter_context(staged(output.out))
@@ -141,6 +104,12 @@ def results(output: Output, *further: Path | None) -> Iterator[Results]:
         printed = beside[STANDARD_OUTPUT].read_text(encoding="utf-8") if STANDARD_OUTPUT in beside else ""
     sys.stdout.write(printed)
     Printer().show(found.shown)
+
+
+def series_files(output: Output) -> list[Path]:
+    """Return the file of the series for viewers, and its layout, where ``--mcap`` asks for them."""
+    file = output.mcap if isinstance(output, ViewerOutput) else None
+    return [] if file is None else [file, file.with_suffix(".xml")]
 
 
 def _staged_file(file: Path, stack: ExitStack) -> Path:

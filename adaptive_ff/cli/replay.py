@@ -8,7 +8,7 @@ import typer
 
 from adaptive_ff.cli.columns import chosen_columns
 from adaptive_ff.cli.options import Linear, LogFile, MeasuredColumns, TorqueDelay, ViewerOutput
-from adaptive_ff.cli.output import bars, warn_of_skips
+from adaptive_ff.cli.output import bars, staged_results, warn_of_skips
 from adaptive_ff.errors import InputError
 
 BAND = 20.0
@@ -81,7 +81,7 @@ def replay_command(
     taken = chosen_columns(log, columns, linear=learning.linear, further=extra)
     given = taken.read(log, extra)
     saved, ripples = None if state is None else read_state(state), tuple(ripple_period or ())
-    with output.results(save_state) as results:
+    with staged_results(output, save_state) as results:
         with bars(loop=learn_in_place):
             found = replay_log(
                 given, ripple_periods=ripples, state=saved, is_current=taken.is_current, **vars(learning)

@@ -9,7 +9,7 @@ import typer
 
 from adaptive_ff.cli.cluster import workers
 from adaptive_ff.cli.options import Output, OwnControllers, ScenarioFile, Scheduler
-from adaptive_ff.cli.output import bars
+from adaptive_ff.cli.output import bars, staged_results
 from adaptive_ff.errors import InputError
 
 SHOWN = ("oracle", "lagged_batch", "adaptive")
@@ -54,7 +54,7 @@ def matrix_command(
         names = list(dict.fromkeys([BASELINE, *chosen]))
         found = run_matrix(jobs, names, output.out, own=mine, executor=executor, progress=partial(done, "runs"))
     figures = write_matrix(found, output.out, output.drawn)
-    with output.results() as results:
+    with staged_results(output) as results:
         title = f"{len(scenarios)} scenarios, seeds 1 to {seeds}"
         said = verdict(collect(by_loop(found)[False]))
         shown = [*matrix_tables(found), *matrix_lines(said)]
@@ -91,7 +91,7 @@ def sweep_command(
     from adaptive_ff.studies.sweep import refusals, summary, sweep
 
     mine, loaded = named_own(own or []), load_scenario(scenario)
-    with output.results() as results, workers(scheduler) as executor:
+    with staged_results(output) as results, workers(scheduler) as executor:
         with bars("joints") as done:
             outcomes = sweep(
                 loaded,

@@ -6,7 +6,7 @@ from typing import Annotated, Any
 import typer
 
 from adaptive_ff.cli.options import Output, ScenarioFile
-from adaptive_ff.cli.output import bars
+from adaptive_ff.cli.output import bars, staged_results
 
 LOAD = 0.4
 
@@ -51,7 +51,7 @@ def tune_command(
     from adaptive_ff.studies.bandwidth_study import STUDIED, study_bandwidths
 
     loaded, source = load_scenario(scenario), str(scenario or "built-in scenario")
-    with output.results() as results:
+    with staged_results(output) as results:
         with bars("bandwidths") as done:
             study = study_bandwidths(
                 loaded,

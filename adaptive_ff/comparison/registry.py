@@ -1,7 +1,7 @@
 """The controllers of a comparison by name, each made for a scenario by a factory of one argument.
 
-What the sources leave open did best in ``python -m benchmarks.tuning``, on other joints and seeds; the factories take
-it as keyword arguments. Two rates are slower than the best of that search, which hold with little to spare:
+What the sources leave open did best in ``python -m benchmarks run tuning``, on other joints and seeds; the factories
+take it as arguments. Two rates are slower than the best of that search, which hold with little to spare:
 ``radial_basis`` where a drive is late, and ``lugre_gradient`` by a factor of four below the rate at which it loses its
 stability.
 """
@@ -9,7 +9,7 @@ stability.
 import inspect
 import math
 from collections.abc import Callable, Mapping
-from typing import Any, TypeVar
+from typing import Any
 
 from adaptive_ff.adaptive.controller import AdaptiveController
 from adaptive_ff.adaptive.tuning import Tuning
@@ -43,16 +43,14 @@ from adaptive_ff.scenario.scenario import Scenario
 from adaptive_ff.scenario.truth import true_model
 from controllers import DisturbanceObserver, ExtendedState, KalmanDisturbance, SuperTwisting
 
-Made = TypeVar("Made")
-
-Maker = Callable[[Scenario], Any]
+Maker = Callable[..., Any]
 """Makes a controller, any object with a method ``step``, for a scenario."""
+
+Settings = Callable[..., dict[str, Any]]
+"""Returns arguments of a controller by name for a scenario."""
 
 PAPER_MEMORY = 3.0
 """Memory of ``adaptive_paper``, s, where the scenario gives none."""
-
-DEAD_ZONE, MEASURED_DEAD_ZONE = 0.3, 0.1
-"""Dead zones of ``canudas`` and ``canudas_measured``, over the assumed Stribeck velocity."""
 
 REACHES = (0.03, 0.1, 0.3, 1.0, 3.0, 10.0, 30.0)
 """Reaches of the stop operators, over the displacement at ``Vs`` in a time constant of the feedback."""
@@ -67,7 +65,7 @@ QUIET = 0.02
 """Least noise that a super-twisting observer is set for, over ``Vs``."""
 
 
-def made_for(scenario: Scenario, kind: Callable[..., Made], **given: Any) -> Made:
+def made_for(scenario: Scenario, kind: Callable[..., Any], **given: Any) -> Any:
     """Make a controller with those of its arguments that the loop of a scenario knows, and further ones."""
     assumed = scenario.adaptation
     known = {
@@ -85,19 +83,77 @@ def made_for(scenario: Scenario, kind: Callable[..., Made], **given: Any) -> Mad
     return kind(**{**{name: value for name, value in known.items() if name in names}, **given})
 
 
-def _nominal(scenario: Scenario, form: str = "lagged") -> TorqueModel:
-    return fixed_model(scenario, true_model(scenario), form, "nominal")
+CONTROLLERS: dict[str, Maker] = {"pi": plain_pi}
+"""Factories by the names that scenarios, command line and results know."""
 
 
-def fixed(form: str, source: str) -> Maker:
-    """Return the factory of the feedforward from a fixed model, of one of ``FORMS`` and from one of ``SOURCES``."""
-    return lambda scenario: made_for(
-        scenario, ModelBased, model=fixed_model(scenario, true_model(scenario), form, source)
-    )
+def made_of(kind: Callable[..., Any], name: str = "") -> Callable[[Settings], Settings]:
+    """Return a decorator that registers a factory: the function returns those settings that a scenario leaves open."""
+
+    def register(settings: Settings) -> Settings:
+        def make(scenario: Scenario, *chosen: Any, **named: Any) -> Any:
+            return made_for(scenario, kind, **settings(scenario, *chosen, **named))
+
+        CONTROLLERS[name or settings.__name__] = make
+        return settings
+
+    return register
 
 
-def make_adaptive(scenario: Scenario, **options: Any) -> AdaptiveController:
-    """Make the adaptive controller as a scenario asks for it, with further options of :class:`AdaptiveController`."""
+def _model(scenario: Scenario, form: str = "lagged", source: str = "nominal") -> TorqueModel:
+    return fixed_model(scenario, true_model(scenario), form, source)
+
+
+@made_of(ModelBased)
+def pi_inertia(scenario: Scenario) -> dict[str, Any]:
+    """PI and the torque of the inertia alone."""
+    return {"model": TorqueModel(scenario.feedback.inertia, 0.0, 0.0, 0.0, 0.0, 1.0, 1.0)}
+
+
+made_of(ModelBased, "fixed")(lambda scenario: {"model": scenario.fixed.model})
+CONTROLLERS["oracle"] = make_oracle
+CONTROLLERS["oracle_tuned"] = make_oracle_tuned
+
+
+@made_of(DisturbanceObserver)
+def disturbance_observer(scenario: Scenario, multiple: float = 1.7) -> dict[str, Any]:
+    """PI and a disturbance observer, whose bandwidth is a multiple of the balance."""
+    return {"bandwidth": observer_bandwidth(scenario, multiple, DisturbanceObserver.design, *scenario.feedback.gains)}
+
+
+@made_of(ExtendedState)
+def extended_state(scenario: Scenario, multiple: float = 3.4) -> dict[str, Any]:
+    """Extended state observer, whose bandwidth is a multiple of the balance."""
+    return {"bandwidth": observer_bandwidth(scenario, multiple, ExtendedState.design, scenario.feedback.gains[0])}
+
+
+@made_of(KalmanDisturbance)
+def kalman_disturbance(scenario: Scenario, multiple: float = 2.4, inertia: float | None = None) -> dict[str, float]:
+    """PI and a Kalman disturbance estimate for an inertia (kg m^2), whose bandwidth is a multiple of the balance."""
+    known = (scenario.feedback.inertia if inertia is None else inertia), scenario.sampling.period
+    noise = scenario.velocity_noise or 1.0  # only its ratio to the walk matters
+    bandwidth = observer_bandwidth(scenario, multiple, KalmanDisturbance.design, *scenario.feedback.gains)
+    first, second = KalmanDisturbance.gains(*known, noise, KalmanDisturbance.walk(*known, noise, bandwidth))
+    return {"velocity_gain": first, "disturbance_gain": second}
+
+
+@made_of(ObservedModel)
+def observed_nominal(scenario: Scenario, multiple: float = 0.28, source: str = "nominal") -> dict[str, Any]:
+    """Observer around a feedforward from nominal parameters."""
+    return {"model": _model(scenario, source=source), **disturbance_observer(scenario, multiple)}
+
+
+@made_of(ObservedModel)
+def observed_batch(scenario: Scenario, multiple: float = 0.1) -> dict[str, Any]:
+    """Observer around a feedforward identified in a calibration run."""
+    return observed_nominal(scenario, multiple, "batch")
+
+
+made_of(PaperController, "adaptive_paper")(lambda scenario: {"memory": scenario.adaptation.memory or PAPER_MEMORY})
+
+
+def adaptive(scenario: Scenario, **options: Any) -> dict[str, Any]:
+    """Adaptive controller as a scenario asks for it, with further options of :class:`AdaptiveController`."""
     assumed = scenario.adaptation
     settings = {
         "parameters": assumed.parameters or WITH_GRAVITY,
@@ -108,56 +164,61 @@ def make_adaptive(scenario: Scenario, **options: Any) -> AdaptiveController:
         "load_friction": assumed.load_friction,
         "friction_share": assumed.friction_share,
     }
-    return made_for(scenario, AdaptiveController, **{**settings, **options})
+    return {**settings, **options}
 
 
-def _without_observer(scenario: Scenario) -> AdaptiveController:
-    return make_adaptive(scenario, tuning=Tuning(gate_on=-1e300))
+made_of(AdaptiveController, "adaptive_unsupervised")(
+    lambda scenario: adaptive(scenario, tuning=Tuning(gate_on=-1e300))  # without its observer
+)
+made_of(AdaptiveController)(adaptive)
+make_adaptive = CONTROLLERS["adaptive"]
 
 
-def _canudas(kind: Any, dead_zone: float) -> Maker:
-    return lambda scenario: made_for(scenario, kind, dead_zone=dead_zone * scenario.adaptation.stribeck_velocity)
+@made_of(CanudasController)
+def canudas(scenario: Scenario, dead_zone: float = 0.3) -> dict[str, Any]:
+    """Compensation of Canudas along the reference; the dead zone is over the assumed Stribeck velocity."""
+    return {"dead_zone": dead_zone * scenario.adaptation.stribeck_velocity}
 
 
-def make_disturbance_observer(scenario: Scenario, multiple: float = 1.7) -> DisturbanceObserver:
-    """Make a PI loop with a disturbance observer, whose bandwidth is a fraction of the balance."""
-    bandwidth = observer_bandwidth(scenario, multiple, DisturbanceObserver.design, *scenario.feedback.gains)
-    return made_for(scenario, DisturbanceObserver, bandwidth=bandwidth)
+made_of(CanudasMeasuredController, "canudas_measured")(lambda scenario: canudas(scenario, 0.1))
+made_of(FeedbackErrorLearning, "feedback_error")(lambda scenario: {})
 
 
-def make_extended_state(scenario: Scenario, multiple: float = 3.4) -> ExtendedState:
-    """Make a loop with an extended state observer, whose bandwidth is a fraction of the balance."""
-    bandwidth = observer_bandwidth(scenario, multiple, ExtendedState.design, scenario.feedback.gains[0])
-    return made_for(scenario, ExtendedState, bandwidth=bandwidth)
+@made_of(LuGreObserver)
+def lugre_observer(scenario: Scenario, way: float = 0.3, gain: float = 1.0) -> dict[str, Any]:
+    """LuGre observer from nominal parameters; it breaks away after a displacement in the unit of ``REACHES``."""
+    model = _model(scenario)
+    return {"model": model, "stiffness": model.stiction / (way * assumed_displacement(scenario)), "gain": gain}
 
 
-def _kalman_gains(scenario: Scenario, inertia: float, multiple: float) -> dict[str, float]:
-    noise = scenario.velocity_noise or 1.0  # only its ratio to the walk matters
-    bandwidth = observer_bandwidth(scenario, multiple, KalmanDisturbance.design, *scenario.feedback.gains)
-    walk = KalmanDisturbance.walk(inertia, scenario.sampling.period, noise, bandwidth)
-    first, second = KalmanDisturbance.gains(inertia, scenario.sampling.period, noise, walk)
-    return {"velocity_gain": first, "disturbance_gain": second}
+@made_of(LuGreGradient)
+def lugre_gradient(scenario: Scenario, rate: float = 0.8, way: float = 0.3, floor: float = 1.2) -> dict[str, Any]:
+    """LuGre feedforward tuned by gradient; the rate is a fraction of the crossover, the way as above."""
+    stiffness = scenario.feedback.gains[0] * scenario.adaptation.stribeck_velocity
+    stiffness /= way * assumed_displacement(scenario)
+    return {"stiffness": stiffness, "rate": rate / response_time(scenario), "floor": floor}
 
 
-def make_kalman_disturbance(scenario: Scenario, multiple: float = 2.4) -> KalmanDisturbance:
-    """Make a PI loop with a Kalman disturbance estimate, whose bandwidth is a fraction of the balance."""
-    return made_for(scenario, KalmanDisturbance, **_kalman_gains(scenario, scenario.feedback.inertia, multiple))
+@made_of(FrictionObserver)
+def friction_observer(scenario: Scenario, stretch: float = 1.0, multiple: float = 0.2) -> dict[str, Any]:
+    """Feed-forward friction observer from nominal parameters, presliding displacement and a stretch of it."""
+    model, presliding = _model(scenario), stretch * nominal_presliding(scenario)
+    return {"model": model, "presliding": presliding, **kalman_disturbance(scenario, multiple, model.inertia)}
 
 
-def _observed(scenario: Scenario, source: str, multiple: float) -> ObservedModel:
-    model = fixed_model(scenario, true_model(scenario), "lagged", source)
-    bandwidth = observer_bandwidth(scenario, multiple, DisturbanceObserver.design, *scenario.feedback.gains)
-    return made_for(scenario, ObservedModel, model=model, bandwidth=bandwidth)
+@made_of(LeeTomizuka)
+def lee_tomizuka(
+    scenario: Scenario, form: str = "coulomb", multiple: float = 6.0, integrates: bool = False
+) -> dict[str, Any]:
+    """Lee and Tomizuka's controller from nominal parameters, of form ``coulomb`` or ``stribeck``.
 
-
-def make_observed_nominal(scenario: Scenario, multiple: float = 0.28) -> ObservedModel:
-    """Make an observer around a feedforward from nominal parameters."""
-    return _observed(scenario, "nominal", multiple)
-
-
-def make_observed_batch(scenario: Scenario, multiple: float = 0.1) -> ObservedModel:
-    """Make an observer around a feedforward identified in a calibration run."""
-    return _observed(scenario, "batch", multiple)
+    Whether it integrates says whether the integral of the PI loop stands beside the observer.
+    """
+    gains = scenario.feedback.gains if integrates else (scenario.feedback.gains[0], 0.0)
+    # behind a position loop, which it was made for, the bound on the margin makes it worse
+    bounded = scenario.position is None
+    bandwidth = observer_bandwidth(scenario, multiple, DisturbanceObserver.design, *gains, bounded=bounded)
+    return {"integral": gains[1], "bandwidth": bandwidth, "model": _model(scenario, form)}
 
 
 def learning_rate(scenario: Scenario, multiple: float, caution: float) -> float:
@@ -165,22 +226,27 @@ def learning_rate(scenario: Scenario, multiple: float, caution: float) -> float:
     return multiple / (response_time(scenario) + caution * scenario.assumed_delay * scenario.sampling.period)
 
 
-def make_maxwell_adaptive(
+@made_of(LearntFeedforward)
+def maxwell_adaptive(
     scenario: Scenario, rate: float = 1.0, reaches: tuple[float, ...] = REACHES, caution: float = 5.0
-) -> LearntFeedforward:
-    """Make an adaptive Maxwell-slip compensation; rate and caution are those of ``learning_rate``."""
+) -> dict[str, Any]:
+    """Adaptive Maxwell-slip compensation; rate and caution are those of ``learning_rate``."""
     displacements = [reach * assumed_displacement(scenario) for reach in reaches]
-    rate = learning_rate(scenario, rate, caution)
-    return made_for(scenario, LearntFeedforward, reaches=displacements, rate=rate)
+    return {"reaches": displacements, "rate": learning_rate(scenario, rate, caution)}
 
 
-def make_radial_basis(
-    scenario: Scenario, rate: float = 6.0, lag: float = 2.0, caution: float = 20.0
-) -> LearntFeedforward:
-    """Make a radial-basis feedforward; rate and caution are those of ``learning_rate``, the lag in time constants."""
+@made_of(LearntFeedforward)
+def radial_basis(scenario: Scenario, rate: float = 6.0, lag: float = 2.0, caution: float = 20.0) -> dict[str, Any]:
+    """Radial-basis feedforward; rate and caution are those of ``learning_rate``, the lag in time constants."""
     bells = {"centres": CENTRES, "lag": lag * response_time(scenario)}
-    rate = learning_rate(scenario, rate, caution)
-    return made_for(scenario, LearntFeedforward, rate=rate, **bells)
+    return {"rate": learning_rate(scenario, rate, caution), **bells}
+
+
+@made_of(SuperTwisting)
+def super_twisting(scenario: Scenario, multiple: float = 40.0) -> dict[str, Any]:
+    """Super-twisting observer: ``L`` is a multiple of noise times the square of the feedback's crossover."""
+    noise = max(scenario.velocity_noise, QUIET * scenario.adaptation.stribeck_velocity)
+    return {"bound": multiple * noise / response_time(scenario) ** 2}
 
 
 def cycle_of(scenario: Scenario) -> int:
@@ -203,96 +269,20 @@ def cycle_of(scenario: Scenario) -> int:
     return 0
 
 
-def make_repetitive(scenario: Scenario, gain: float = 0.9, lead: float = 0.5) -> Repetitive:
-    """Make a repetitive feedforward; the lead is in time constants of the feedback."""
+@made_of(Repetitive)
+def repetitive(scenario: Scenario, gain: float = 0.9, lead: float = 0.5) -> dict[str, Any]:
+    """Repetitive feedforward; the lead is in time constants of the feedback."""
     period, cycle = scenario.sampling.period, cycle_of(scenario)
     samples = math.ceil(lead * response_time(scenario) / period + scenario.assumed_delay - 1e-9)
-    places = {"cycle": cycle, "lead": min(samples, max(cycle - 1, 0))}
-    return made_for(scenario, Repetitive, gain=gain, **places)
-
-
-def make_lugre_observer(scenario: Scenario, way: float = 0.3, gain: float = 1.0) -> LuGreObserver:
-    """Make a LuGre observer from nominal parameters; it breaks away after a displacement in the unit of ``REACHES``."""
-    model = _nominal(scenario)
-    stiffness = model.stiction / (way * assumed_displacement(scenario))
-    return made_for(scenario, LuGreObserver, model=model, stiffness=stiffness, gain=gain)
-
-
-def make_lugre_gradient(scenario: Scenario, rate: float = 0.8, way: float = 0.3, floor: float = 1.2) -> LuGreGradient:
-    """Make a LuGre feedforward tuned by gradient; the rate is a fraction of the crossover, the way as above."""
-    torque = scenario.feedback.gains[0] * scenario.adaptation.stribeck_velocity
-    settings = {"stiffness": torque / (way * assumed_displacement(scenario)), "rate": rate / response_time(scenario)}
-    return made_for(scenario, LuGreGradient, floor=floor, **settings)
-
-
-def make_friction_observer(scenario: Scenario, stretch: float = 1.0, multiple: float = 0.2) -> FrictionObserver:
-    """Make a feed-forward friction observer from nominal parameters.
-
-    ``stretch`` is the assumed presliding displacement over the nominal one.
-    """
-    model, presliding = _nominal(scenario), stretch * nominal_presliding(scenario)
-    gains = _kalman_gains(scenario, model.inertia, multiple)
-    return made_for(scenario, FrictionObserver, model=model, presliding=presliding, **gains)
-
-
-def make_lee_tomizuka(
-    scenario: Scenario, form: str = "coulomb", multiple: float = 6.0, integrates: bool = False
-) -> LeeTomizuka:
-    """Make Lee and Tomizuka's controller from nominal parameters, of form ``coulomb`` or ``stribeck``.
-
-    Whether it integrates says whether the integral of the PI loop stands beside the observer.
-    """
-    gains = scenario.feedback.gains if integrates else (scenario.feedback.gains[0], 0.0)
-    # behind a position loop, which it was made for, the bound on the margin makes it worse
-    bounded = scenario.position is None
-    bandwidth = observer_bandwidth(scenario, multiple, DisturbanceObserver.design, *gains, bounded=bounded)
-    settings = {"integral": gains[1], "bandwidth": bandwidth}
-    return made_for(scenario, LeeTomizuka, model=_nominal(scenario, form), **settings)
-
-
-def make_super_twisting(scenario: Scenario, multiple: float = 40.0) -> SuperTwisting:
-    """Make a super-twisting observer: ``L`` is a multiple of noise times the square of the feedback's crossover."""
-    noise = max(scenario.velocity_noise, QUIET * scenario.adaptation.stribeck_velocity)
-    bound = multiple * noise / response_time(scenario) ** 2
-    return made_for(scenario, SuperTwisting, bound=bound)
+    return {"cycle": cycle, "lead": min(samples, max(cycle - 1, 0)), "gain": gain}
 
 
 # of the true parameters with their lag there is the oracle, which follows changes as well
-FIXED = {f"{f}_{s}": fixed(f, s) for f in FORMS for s in SOURCES if (f, s) != ("lagged", "true")}
-"""Feedforwards from fixed models by name."""
+FIXED = {f"{f}_{s}": (f, s) for f in FORMS for s in SOURCES if (f, s) != ("lagged", "true")}
+"""Forms and sources of the feedforwards from fixed models, by name."""
 
-CONTROLLERS: dict[str, Maker] = {
-    "pi": plain_pi,
-    "pi_inertia": lambda scenario: made_for(
-        scenario, ModelBased, model=TorqueModel(scenario.feedback.inertia, 0.0, 0.0, 0.0, 0.0, 1.0, 1.0)
-    ),
-    "fixed": lambda scenario: made_for(scenario, ModelBased, model=scenario.fixed.model),
-    "oracle": make_oracle,
-    "oracle_tuned": make_oracle_tuned,
-    "disturbance_observer": make_disturbance_observer,
-    "extended_state": make_extended_state,
-    "kalman_disturbance": make_kalman_disturbance,
-    "observed_nominal": make_observed_nominal,
-    "observed_batch": make_observed_batch,
-    "adaptive_paper": lambda scenario: made_for(
-        scenario, PaperController, memory=scenario.adaptation.memory or PAPER_MEMORY
-    ),
-    "adaptive_unsupervised": _without_observer,
-    "adaptive": make_adaptive,
-    "canudas": _canudas(CanudasController, DEAD_ZONE),
-    "canudas_measured": _canudas(CanudasMeasuredController, MEASURED_DEAD_ZONE),
-    "feedback_error": lambda scenario: made_for(scenario, FeedbackErrorLearning),
-    "lugre_observer": make_lugre_observer,
-    "lugre_gradient": make_lugre_gradient,
-    "friction_observer": make_friction_observer,
-    "lee_tomizuka": make_lee_tomizuka,
-    "maxwell_adaptive": make_maxwell_adaptive,
-    "radial_basis": make_radial_basis,
-    "super_twisting": make_super_twisting,
-    "repetitive": make_repetitive,
-    **FIXED,
-}
-"""Factories by the names that scenarios, command line and results know."""
+for _name, (_form, _source) in FIXED.items():
+    made_of(ModelBased, _name)(lambda scenario, form=_form, source=_source: {"model": _model(scenario, form, source)})
 
 
 def loop_of(scenario: Scenario, name: str, own: Mapping[str, Own] | None = None) -> Scenario:

@@ -10,8 +10,8 @@ from adaptive_ff.errors import InputError
 from adaptive_ff.identify.columns import GRAVITY
 from adaptive_ff.identify.motion import Array
 from adaptive_ff.identify.result import ASYMMETRY, LogIdentification
+from adaptive_ff.scenario.content import MAIN_JOB
 from adaptive_ff.scenario.file import toml_text
-from adaptive_ff.scenario.scenario import MAIN_JOB
 from plant.lugre import LuGreJoint
 
 BANDWIDTH, PERIODS = 10.0, 0.1

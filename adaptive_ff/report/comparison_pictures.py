@@ -113,20 +113,7 @@ def mark_changes(panels: Sequence[Axes], scenario: Scenario) -> list[Look]:
 
 
 def plot_run(run: Run, path: str | Path | None = None) -> Figure:
-    """Draw one run: tracking, error, with a position loop that of the position, torque with the feedforward in it.
-
-    Parameters
-    ----------
-    run : Run
-        The run.
-    path : str or Path, optional
-        Where to write the picture: PNG, or what the ending of the name says.
-
-    Returns
-    -------
-    Figure
-        Three or four panels over the whole run.
-    """
+    """Draw one run: tracking, error, with a position loop that of the position, torque with the feedforward in it."""
     look = {**looks_of([run.name])[run.name], "linestyle": "-"}
     thin, axis, time = {**look, "linewidth": 0.8}, run.scenario.joint.axis, run.solver_time
     velocity = {**look, "label": f"velocity with {look['label']}"}
@@ -149,26 +136,11 @@ def plot_run(run: Run, path: str | Path | None = None) -> Figure:
 
 
 def plot_comparison(comparison: Comparison, folder: str | Path | None = None) -> dict[str, Figure]:
-    """Draw the pictures of a comparison.
+    """Draw the pictures of a comparison by name; write each as ``NAME.png`` where a folder is given.
 
-    Parameters
-    ----------
-    comparison : Comparison
-        The comparison.
-    folder : str or Path, optional
-        Where to write each picture as ``NAME.png``; it is made where it is missing.
-
-    Returns
-    -------
-    dict of Figure
-        ``tracking`` and ``torque``; ``estimates`` where a controller estimates, ``stribeck`` where its estimates make a
-        friction curve, ``supervision`` where a controller is supervised, and ``friction_map`` where one learns friction
-        over position.
-
-    Raises
-    ------
-    ValueError
-        The comparison has no runs.
+    ``tracking`` and ``torque``; ``estimates`` where a controller estimates, ``stribeck`` where its estimates make a
+    friction curve, ``supervision`` where a controller is supervised, and ``friction_map`` where one learns friction
+    over position.
     """
     runs = comparison.runs
     if not runs:

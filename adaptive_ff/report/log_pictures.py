@@ -33,20 +33,10 @@ CLOSE_UP = 0.1
 
 
 def plot_identification(found: LogIdentification, folder: str | Path | None = None) -> dict[str, Figure]:
-    """Draw the report of an identified log.
+    """Draw the pictures of an identified log by name; write each as ``NAME.png`` where a folder is given.
 
-    Parameters
-    ----------
-    found : LogIdentification
-        The joint.
-    folder : str or Path, optional
-        Where to write each picture as ``NAME.png``; it is made where it is missing.
-
-    Returns
-    -------
-    dict of Figure
-        ``identified_torque``: torque over time, measured and identified; ``friction``: friction and residual over the
-        velocity; ``identified_map``: friction and force over position, where the model has them.
+    ``identified_torque``: torque over time, measured and identified; ``friction``: friction and residual over the
+    velocity; ``identified_map``: friction and force over position, where the model has them.
     """
     figures = {"identified_torque": _torque(found), "friction": _friction(found)}
     if any(name.startswith(("force_", "friction_")) and name != "friction_lag" for name in found.best.values):
@@ -129,21 +119,10 @@ def plot_score(score: Score, folder: str | Path | None = None) -> dict[str, Figu
 
 
 def plot_replay(replay: Replay, folder: str | Path | None = None) -> dict[str, Figure]:
-    """Draw a replay.
+    """Draw the pictures of a replay by name; write each as ``NAME.png`` where a folder is given.
 
-    Parameters
-    ----------
-    replay : Replay
-        The log replayed.
-    folder : str or Path, optional
-        Where to write each picture as ``NAME.png``; it is made where it is missing.
-
-    Returns
-    -------
-    dict of Figure
-        ``replay``: the torque that was needed over time; each feedforward beside it in a panel of its own, in a
-        close-up around the fastest change; what each leaves, in panels of one scale; ``estimates``: the parameters over
-        time.
+    ``replay``: the torque that was needed over time; each feedforward beside it in a panel of its own, in a close-up
+    around the fastest change; what each leaves, in panels of one scale; ``estimates``: the parameters over time.
     """
     return write_into({"replay": _torques(replay), "estimates": _estimates(replay)}, folder)
 

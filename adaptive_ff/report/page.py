@@ -37,21 +37,7 @@ def write_report(
     figures: Mapping[str, Figure],
     details: Mapping[str, str] | None = None,
 ) -> None:
-    """Write the page.
-
-    Parameters
-    ----------
-    path : Path
-        Where to.
-    title : str
-        Heading: what was done to what.
-    shown : iterable of Table or str
-        Tables and sentences in their order.
-    figures : mapping
-        Pictures by name.
-    details : mapping, optional
-        Longer texts by heading, such as the scenario file.
-    """
+    """Write the page: tables and sentences in their order, pictures by name, longer texts by heading."""
     versions = [f"adaptive-ff {__version__}", f"Python {platform.python_version()}"]
     versions += [f"{name} {version(name)}" for name in LIBRARIES]
     text = _template().render(

@@ -80,13 +80,7 @@ GROUPS = {
 
 
 def plot_bandwidths(study: BandwidthStudy) -> Figure:
-    """Draw the error of each controller over the bandwidth of its loop, with and without the load, and the margin.
-
-    Parameters
-    ----------
-    study : BandwidthStudy
-        The study; its errors on the seeds that bandwidths are chosen on are drawn.
-    """
+    """Draw the error of each controller over the bandwidth of its loop, with and without the load, and the margin."""
     unit = axis_unit(study.scenario.joint.axis, "rad/s")
     factor, speed = scale_for([error for one in study.own.values() for error in one.errors], unit)
     bandwidths = np.array([loop.bandwidth for loop in study.loops])
@@ -133,22 +127,10 @@ def plot_excitation(motion: Excitation, *, linear: bool = False) -> Figure:
 
 
 def plot_sweep(outcomes: Sequence[Outcome], source: str, worst: int = 3) -> Figure | None:
-    """Draw the distributions of a sweep and its worst cases.
+    """Draw the distributions of a sweep and some of its worst cases; None where no joint ran.
 
-    Parameters
-    ----------
-    outcomes : sequence of Outcome
-        The outcomes; refused ones are left out.
-    source : str
-        Scenario and seed, for the line below the picture.
-    worst : int, optional
-        How many of the worst cases are marked with their number.
-
-    Returns
-    -------
-    Figure or None
-        Error of ``pi`` over that of each controller, settled and over the whole run, each as the percentage of joints
-        that are at most so good; that of the whole run over the fall of the friction. None where no joint ran.
+    Error of ``pi`` over that of each controller, settled and over the whole run, each as the percentage of joints that
+    are at most so good; that of the whole run over the fall of the friction.
     """
     run = [outcome for outcome in outcomes if not outcome.refused]
     if not run:
@@ -214,19 +196,7 @@ def column_groups(controllers: list[str]) -> dict[str, list[str]]:
 
 
 def plot_matrix(cells: Cells, controllers: list[str], title: str, source: str) -> Figure | None:
-    """Draw the improvement over PI of every controller on every scenario; None where there is none but PI.
-
-    Parameters
-    ----------
-    cells : dict
-        The matrix.
-    controllers : list of str
-        Names of the controllers.
-    title : str
-        Heading.
-    source : str
-        Scenarios and seeds, for the line below the picture.
-    """
+    """Draw the improvement over PI of every controller on every scenario; None where there is none but PI."""
     rows, columns = grouped(cells), column_groups(controllers)
     scenarios = [name for names in rows.values() for name in names]
     ordered = [name for names in columns.values() for name in names]

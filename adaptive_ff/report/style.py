@@ -74,22 +74,9 @@ def picture(
     keys: Iterable[Look] | None = None,
     shared: bool = True,
 ) -> tuple[Figure, list[Axes]]:
-    """Draw panels below each other, with one legend.
+    """Draw panels below each other, in a height (inches), with one legend of the keys, by default of all looks.
 
-    Parameters
-    ----------
-    panels : sequence of Panel
-        The panels.
-    height : float
-        Height of the figure, inches.
-    xlabel : str, optional
-        Label of the lowest horizontal axis.
-    source : str, optional
-        What the picture is of, for the line below it.
-    keys : iterable of Look, optional
-        What the legend explains; by default all looks that have a label.
-    shared : bool, optional
-        Whether the panels have one horizontal axis.
+    They share one horizontal axis where that is said; ``source`` is what the picture is of, for the line below it.
     """
     with rc_context(STYLE):
         figure, drawn = make_panels(len(panels), height, shared=shared)
@@ -233,22 +220,7 @@ def write_figures(figures: Mapping[str, Figure], folder: Path, formats: Sequence
 
 
 def write_to(figure: Figure, path: str | Path | None) -> None:
-    """Write a picture where a path is given.
-
-    Parameters
-    ----------
-    figure : Figure
-        The picture.
-    path : str or Path, or None
-        Where to write it: PNG, or what its ending says.
-
-    Raises
-    ------
-    InputError
-        There are no pictures of that ending, or the file cannot be written.
-    TypeError
-        The path is none.
-    """
+    """Write a picture where a path is given: PNG, or what its ending says."""
     if path is None:
         return
     place = checked_path("path", path)

@@ -37,15 +37,7 @@ Columns = Mapping[str, tuple[str, int] | None]
 
 
 def scale_for(values: Iterable[float], unit: str) -> tuple[float, str]:
-    """Return a factor, and the unit with its prefix, for which the middle one of some values is at least 1.
-
-    Parameters
-    ----------
-    values : iterable of float
-        Values in the unit; zeros and what is not finite do not count.
-    unit : str
-        The unit without a prefix.
-    """
+    """Return a factor, and the unit with its prefix, for which the middle one of some values is at least 1."""
     sizes = sorted(abs(value) for value in values if math.isfinite(value) and value != 0.0)
     power = math.floor(math.log10(sizes[(len(sizes) - 1) // 2]) / 3.0 + 1e-12) if sizes else 0
     power = min(max(-power, 0), len(PREFIXES) - 1)
@@ -149,16 +141,8 @@ def table(
 ) -> Table:
     """Return a table of numbers in units that are fit to read: columns of one unit have one prefix.
 
-    Parameters
-    ----------
-    title : str
-        Heading; empty for none.
-    rows : iterable of sequence
-        Cells in the order of the columns; a row of one cell is the heading of those below.
-    columns : mapping
-        Unit and significant digits of each column by its heading; None for a column of text.
-    styles : mapping, optional
-        How rows stand out, by their first cell.
+    A row of one cell is the heading of those below. The columns have a unit and significant digits by their heading;
+    None is a column of text. ``styles`` says how rows stand out, by their first cell.
     """
     cells = [tuple(row) for row in rows]
     scales: dict[str, tuple[float, str]] = {"": (1.0, "")}

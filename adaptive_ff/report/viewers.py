@@ -120,13 +120,7 @@ def schema(topic: Topic) -> dict[str, Any]:
 
 
 def write_mcap(file: Path, result: Any) -> None:
-    """Write the series of a result as MCAP; values that are not finite are left out of their messages.
-
-    Raises
-    ------
-    InputError
-        The library ``mcap`` is not installed.
-    """
+    """Write the series of a result as MCAP; values that are not finite are left out of their messages."""
     try:
         writing = importlib.import_module("mcap.writer")
     except ImportError as error:

@@ -9,15 +9,7 @@ def of_linear(unit: str) -> str:
 
 
 def axis_unit(axis: str, unit: str) -> str:
-    """Return the unit that an axis has for one of a rotary joint.
-
-    Parameters
-    ----------
-    axis : str
-        ``rotary`` or ``linear``, as ``[joint] axis`` is.
-    unit : str
-        Unit of a rotary joint, with or without a prefix, such as ``mrad/s``.
-    """
+    """Return the unit that an axis, rotary or linear, has for one of a rotary joint, with or without a prefix."""
     return of_linear(unit) if axis == "linear" else unit
 
 

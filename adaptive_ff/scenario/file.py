@@ -17,21 +17,9 @@ def to_toml(scenario: Scenario) -> str:
 
 
 def toml_text(content: Mapping[str, Any], comments: Mapping[str, str] | None = None, head: Sequence[str] = ()) -> str:
-    """Return the content of a scenario as the text of a scenario file.
+    """Return the content of a scenario as the text of a scenario file, below a comment of some lines.
 
-    Parameters
-    ----------
-    content : mapping
-        Fields, tables (mappings) and lists of tables, by name.
-    comments : mapping, optional
-        A comment by the path of the field that it stands beside, such as ``joint.inertia``, or of a table.
-    head : sequence of str, optional
-        Lines of a comment at the top of the file.
-
-    Raises
-    ------
-    ValueError
-        A number is not finite.
+    A comment stands beside the field, or the table, whose path it has, such as ``joint.inertia``.
     """
     said = comments or {}
     paragraphs = [[f"# {line}" for line in head]]

@@ -2,13 +2,14 @@
 
 import math
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import scipy
 from numpy.typing import NDArray
 
 from adaptive_ff.scenario.axis_units import axis_unit
+from adaptive_ff.scenario.content import Content
 from controllers import (
     LoopSystems,
     design_pi,
@@ -21,9 +22,6 @@ from controllers.design.sampled_loop import SampledLoop, margins_of
 from controllers.design.velocity_filter import filter_of
 from controllers.sensitivity import PI_SENSITIVITY
 from plant import steepest_fall
-
-if TYPE_CHECKING:
-    from adaptive_ff.scenario.scenario import Scenario
 
 SETTLED = 40.0
 """Time constants of the integral part over which a response to noise is followed."""
@@ -67,13 +65,13 @@ class LoopAtBandwidth(NamedTuple):
     peak_speed: float  # largest speed after a step of the load of :func:`load_step`, rad/s
 
 
-def sampled(scenario: "Scenario") -> dict[str, Any]:
+def sampled(scenario: Content) -> dict[str, Any]:
     """Return what a design of the velocity loop takes: period, s, delay, whole periods, and velocity estimator."""
     delay = math.ceil(scenario.assumed_delay - 1e-6)
     return {"period": scenario.sampling.period, "delay": delay, "velocity": scenario.velocity_estimator}
 
 
-def tried_bandwidths(scenario: "Scenario", fraction: float = 1.0) -> list[float]:
+def tried_bandwidths(scenario: Content, fraction: float = 1.0) -> list[float]:
     """Return the bandwidths (Hz) that are tried, ascending, up to a fraction of the fastest that the margin allows."""
     fastest = fraction * fastest_bandwidth(**sampled(scenario))
     slowest = min(SLOWEST, SLOWEST_FRACTION * fastest)
@@ -81,21 +79,16 @@ def tried_bandwidths(scenario: "Scenario", fraction: float = 1.0) -> list[float]
     return [fastest / STEP**step for step in reversed(range(count))]
 
 
-def load_step(scenario: "Scenario", load: float = LOAD_FRACTION) -> float:
+def load_step(scenario: Content, load: float = LOAD_FRACTION) -> float:
     """Return the load (N m) that a loop is to stand, of the rated torque; where none is given, 0.4 is the stiction."""
     limit = scenario.actuator.torque_limit
     return scenario.joint.stiction * (load / LOAD_FRACTION) if limit is None else load * limit
 
 
-def loop_at(scenario: "Scenario", bandwidth: float, load: float = LOAD_FRACTION) -> LoopAtBandwidth:
+def loop_at(scenario: Content, bandwidth: float, load: float = LOAD_FRACTION) -> LoopAtBandwidth:
     """Return what the PI loop of a scenario is like at a bandwidth (Hz).
 
     Rounding errors of an encoder are taken as independent and even, and go through what makes a velocity of them.
-
-    Raises
-    ------
-    ValueError
-        The margins do not allow the bandwidth.
     """
     joint, inertia = scenario.joint, scenario.feedback.inertia
     design = design_pi(inertia, bandwidth=bandwidth, **sampled(scenario))
@@ -123,7 +116,7 @@ def loop_at(scenario: "Scenario", bandwidth: float, load: float = LOAD_FRACTION)
     )
 
 
-def noise_response(scenario: "Scenario") -> NDArray[np.float64]:
+def noise_response(scenario: Content) -> NDArray[np.float64]:
     """Return the velocity that a unit of measurement noise at one sample makes at this and the following ones.
 
     Of a velocity sensor it is that velocity itself, rad/s; of an encoder a position, rad, that a filter turns into one.
@@ -144,14 +137,8 @@ def noise_response(scenario: "Scenario") -> NDArray[np.float64]:
 def noise_gains(systems: LoopSystems, relative_bandwidth: float, response: NDArray[np.float64]) -> tuple[float, float]:
     """Return the rms torque and velocity that white measurement noise of unit size makes in a loop.
 
-    Parameters
-    ----------
-    systems : LoopSystems
-        The loop.
-    relative_bandwidth : float
-        Its bandwidth times its period.
-    response : ndarray, shape (k,)
-        Measured velocity after a unit of noise, see :func:`noise_response`.
+    The bandwidth of the loop is given times its period, and the velocity after a unit of noise by
+    :func:`noise_response`.
     """
     noise = np.append(response, np.zeros(_samples(relative_bandwidth)))
     torque = _filtered(systems.controller, _filtered(systems.sensitivity, noise))
@@ -177,7 +164,7 @@ def _filtered(system: Any, values: NDArray[np.float64]) -> NDArray[np.float64]:
     return found
 
 
-def loop_cautions(scenario: "Scenario") -> Iterator[str]:
+def loop_cautions(scenario: Content) -> Iterator[str]:
     """Yield a sentence where the velocity loop oscillates, by its margins or because friction falls too steeply."""
     gains, inertia = scenario.feedback.gains, scenario.feedback.inertia
     given = sampled(scenario)

@@ -72,41 +72,12 @@ def new_scenario_text(
     gear_ratio: float | None = None,
     delay: float = 0.0,
 ) -> str:
-    """Return the text of a smallest complete scenario file.
+    """Return the text of a smallest complete scenario file; every assumed number has a comment that says so.
 
     The bandwidth is the one at which noise of the sensor and Coulomb friction that turns with the reference leave the
     least error in the PI loop alone, of those whose margins with delay and velocity filter are sound, and at which the
-    command does not tremble.
-
-    Parameters
-    ----------
-    inertia : float
-        Inertia of motor and load at the joint, kg m^2, or moving mass, kg.
-    torque : float
-        Rated torque at the joint, N m, or rated force, N.
-    speed : float
-        Rated speed, rad/s or m/s.
-    period : float, optional
-        Sampling period of the velocity controller, s.
-    linear : bool, optional
-        Whether the axis is linear.
-    encoder : Encoder, optional
-        What measures; by default a sensor of velocity.
-    gear_ratio : float, optional
-        Turns of the motor in one of the joint; of a linear axis rad of the motor in a metre.
-    delay : float, optional
-        Computation delay of the drive, s.
-
-    Returns
-    -------
-    str
-        The text, every assumed number with a comment that says so.
-
-    Raises
-    ------
-    InputError
-        A number is not positive and finite, the period is not one of a scenario that can be run, the gear ratio of an
-        encoder on the motor is missing, or no simulation of such a joint is possible.
+    command does not tremble. Given are inertia, torque and speed at the joint, its sampling period and the delay of the
+    drive (s); the gear ratio is that of the motor, on a linear axis rad of the motor in a metre.
     """
     given = {"inertia": inertia, "torque": torque, "speed": speed, "period": period}
     optional = {"gear_ratio": gear_ratio, **({} if encoder is None else {"encoder": encoder.counts})}

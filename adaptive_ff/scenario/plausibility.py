@@ -26,18 +26,9 @@ USED_FRACTION = 0.7
 
 
 def largest_peak(joint: FrictionFields, limit: float, velocity: NDArray[np.float64], period: float) -> float:
-    """Return the peak (rad/s) at which a motion needs 0.7 of the torque limit; negative where stiction alone does.
+    """Return the peak (rad/s) at which a motion needs 0.7 of the limit (N m); negative where stiction alone does.
 
-    Parameters
-    ----------
-    joint : FrictionFields
-        The joint.
-    limit : float
-        Torque limit, N m.
-    velocity : ndarray
-        The motion with any peak but zero, rad/s, on a grid.
-    period : float
-        Period of the grid, s.
+    The motion may have any peak but zero, on a grid with a period (s).
     """
     peak = largest_size(velocity)
     steepest = largest_size(np.diff(velocity)) / period if velocity.size > 1 else 0.0
@@ -47,16 +38,7 @@ def largest_peak(joint: FrictionFields, limit: float, velocity: NDArray[np.float
 def default_peak(joint: FrictionFields, limit: float | None, unit: NDArray[np.float64], period: float) -> float:
     """Return the peak (rad/s) that suits a joint: seven Stribeck velocities, less where the torque limit asks for it.
 
-    Parameters
-    ----------
-    joint : FrictionFields
-        The joint.
-    limit : float or None
-        Torque limit, N m.
-    unit : ndarray
-        The motion with a peak of 1 rad/s on a grid.
-    period : float
-        Period of the grid, s.
+    ``unit`` is the motion with a peak of 1 rad/s on a grid with a period (s).
     """
     wanted = PEAK_FACTOR * joint.stribeck_velocity
     possible = wanted if limit is None else largest_peak(joint, limit, unit, period)
@@ -66,19 +48,7 @@ def default_peak(joint: FrictionFields, limit: float | None, unit: NDArray[np.fl
 def motion_cautions(
     joint: FrictionFields, limit: float | None, velocity: NDArray[np.float64], period: float
 ) -> Iterator[str]:
-    """Yield a sentence where a reference is far too slow or too fast for a joint, with what would suit it.
-
-    Parameters
-    ----------
-    joint : FrictionFields
-        The joint.
-    limit : float or None
-        Torque limit, N m.
-    velocity : ndarray
-        The reference, rad/s, on a grid.
-    period : float
-        Period of the grid, s.
-    """
+    """Yield a sentence where a reference (rad/s) is far too slow or too fast for a joint, with what would suit it."""
     peak = largest_size(velocity)
     speed, torque = axis_unit(joint.axis, "rad/s"), axis_unit(joint.axis, "N m")
     long_enough = period * velocity.size >= SHORTEST  # a shorter one has hardly begun to move

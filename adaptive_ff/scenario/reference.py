@@ -117,13 +117,7 @@ class Recorded(Table):
     position: str = "position"
 
     def read(self) -> "Motion":
-        """Read the file.
-
-        Raises
-        ------
-        InputError
-            The file cannot be read, a column is missing, or its values are no motion.
-        """
+        """Read the file."""
         table = read_complete_table(Path(self.path), [self.time], [self.velocity, self.position])
         values = table[self.velocity] if self.velocity in table else table[self.position]
         return Motion(self.path, table[self.time], values, self.velocity not in table)

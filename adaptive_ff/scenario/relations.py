@@ -1,20 +1,17 @@
 """What the fields of a scenario must be beside each other: a check each, which raises ``ValueError`` and names them."""
 
 import math
-from typing import TYPE_CHECKING
 
+from adaptive_ff.scenario.content import Content
 from adaptive_ff.scenario.reference import Multisine
 from controllers import design_pi
 from plant import check_factor, whole_multiple
-
-if TYPE_CHECKING:
-    from adaptive_ff.scenario.scenario import Scenario
 
 LONGEST = 200_000_000
 """Largest number of solver steps of a run; its series then fill some gigabytes."""
 
 
-def check_periods(scenario: "Scenario") -> None:
+def check_periods(scenario: Content) -> None:
     """Sampling period and delay are whole multiples of the solver's period."""
     solver = scenario.joint.solver_period
     for field, seconds in (("sampling.period", scenario.sampling.period), ("actuator.delay", scenario.actuator.delay)):
@@ -25,7 +22,7 @@ def check_periods(scenario: "Scenario") -> None:
             )
 
 
-def check_duration(scenario: "Scenario") -> None:
+def check_duration(scenario: Content) -> None:
     """A run has a sample, and series that memory can hold."""
     period, solver = scenario.sampling.period, scenario.joint.solver_period
     if not 1.0 - 1e-6 <= scenario.length / period <= LONGEST * solver / period:
@@ -35,7 +32,7 @@ def check_duration(scenario: "Scenario") -> None:
         )
 
 
-def check_changes(scenario: "Scenario") -> None:
+def check_changes(scenario: Content) -> None:
     """Changes come before the end, and are of what the joint has."""
     end = float(scenario.sample_steps[-1]) * scenario.joint.solver_period
     for index, change in enumerate(scenario.change):
@@ -50,7 +47,7 @@ def check_changes(scenario: "Scenario") -> None:
             )
 
 
-def check_identified(scenario: "Scenario") -> None:
+def check_identified(scenario: Content) -> None:
     """Check that what is identified exists on this axis."""
     if scenario.joint.axis == "linear" and "gravity" in (scenario.adaptation.identify or ""):
         raise ValueError(
@@ -61,7 +58,7 @@ def check_identified(scenario: "Scenario") -> None:
         raise ValueError("joint.gear_ratio is missing; it must be given where adaptation.motor_turn is true")
 
 
-def check_frequencies(scenario: "Scenario") -> None:
+def check_frequencies(scenario: Content) -> None:
     """A multisine is slower than half the sampling frequency."""
     period = scenario.sampling.period
     if not isinstance(scenario.reference, Multisine):
@@ -74,7 +71,7 @@ def check_frequencies(scenario: "Scenario") -> None:
             )
 
 
-def check_loops(scenario: "Scenario") -> None:
+def check_loops(scenario: Content) -> None:
     """Velocity loop and position loop can be designed."""
     feedback = scenario.feedback
     if feedback.is_auto and scenario.position is not None and scenario.position.gain is None:
@@ -87,7 +84,7 @@ def check_loops(scenario: "Scenario") -> None:
             raise ValueError(f"feedback.{error}") from error
 
 
-def check_friction(scenario: "Scenario") -> None:
+def check_friction(scenario: Content) -> None:
     """Friction stays one that the solver can follow, whatever changes."""
     joint = scenario.joint
     try:

@@ -22,15 +22,7 @@ def largest_size(values: NDArray[np.float64]) -> float:
 
 
 def size_and_lost_fraction(series: NDArray[np.float64], steps: NDArray[np.int64]) -> tuple[float, float]:
-    """Return the root mean square of a series, and the fraction of it that straight lines through its samples lose.
-
-    Parameters
-    ----------
-    series : ndarray, shape (n + 1,)
-        The series on an even grid.
-    steps : ndarray of int64, shape (m + 1,)
-        Places of the samples, from 0 to n, ascending.
-    """
+    """Return the rms of a series on an even grid, and the fraction that straight lines between samples lose."""
     samples, lost = steps.size - 1, 0.0
     for part in chunks(samples, max(1, CHUNK * samples // series.size)):
         ends = steps[part.start : part.stop + 1]

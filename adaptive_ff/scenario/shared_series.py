@@ -19,13 +19,7 @@ ROOM = 32_000_000
 
 
 class SharedSeries:
-    """Series by key; the one that was not asked for longest goes first.
-
-    Parameters
-    ----------
-    room : int, optional
-        Bytes that all series may fill.
-    """
+    """Series by key in a room of some bytes; the one that was not asked for longest goes first."""
 
     def __init__(self, room: int = ROOM) -> None:
         self._room = room

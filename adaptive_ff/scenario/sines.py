@@ -12,17 +12,10 @@ Array = NDArray[np.float64]
 
 
 def sum_of_sines(omegas: Array, phases: Array, weights: Array, time: Array) -> Array:
-    """Return ``sum_i weight_i sin(omega_i t + phase_i)`` on an even grid of times.
+    """Return ``sum_i weight_i sin(omega_i t + phase_i)`` on an even grid of times (s).
 
     By the sine of a sum, ``t`` being the begin of a row of some hundred times and the time in it: right to some units
     in the last place of the weights, and far faster than as many sines.
-
-    Parameters
-    ----------
-    omegas, phases, weights : ndarray, shape (n,)
-        Angular frequencies (rad/s), phases (rad) and weights of the sines.
-    time : ndarray, shape (steps,)
-        Times, s, evenly spaced.
     """
     total = np.empty_like(time)
     for part in chunks(time.size):

@@ -184,13 +184,7 @@ class Feedback(Table):
 
     @property
     def hertz(self) -> float:
-        """The bandwidth, Hz; not a number where gains are given.
-
-        Raises
-        ------
-        InputError
-            It is ``auto``: each controller has one of its own.
-        """
+        """The bandwidth, Hz; not a number where gains are given, and refused where it is ``auto``."""
         if isinstance(self.bandwidth, str):
             raise InputError(
                 f"feedback.bandwidth = {AUTO!r} is not allowed here: there is one for each controller; give a number, "

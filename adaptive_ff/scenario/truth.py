@@ -38,16 +38,7 @@ def true_model(scenario: Scenario, factor: float = 1.0, change: JointChange = UN
     """Return the true parameters of a scenario's joint as a model, by default those before it changes.
 
     The model has no bristles and no spring: of a LuGre joint it has the static curve, of an elastic one the whole
-    inertia. It has no gravity either.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        The scenario.
-    factor : float, optional
-        Factor on all friction.
-    change : JointChange, optional
-        What else has changed.
+    inertia. It has no gravity either. All friction has the factor.
     """
     joint, backward = scenario.joint, scenario.joint.friction_backward
     carried = getattr(joint, "link_share", 1.0) * joint.inertia  # a payload is beyond the spring

@@ -11,15 +11,7 @@ MOST_SHOWN = 12
 
 
 def explain(error: ValidationError, model: type[BaseModel]) -> str:
-    """Turn pydantic's findings into one line: what is missing, then what is wrong.
-
-    Parameters
-    ----------
-    error : pydantic.ValidationError
-        What was found.
-    model : type
-        The model that was validated; for an unknown key its known ones are listed.
-    """
+    """Turn pydantic's findings on a model into one line: what is missing, then what is wrong."""
     findings = error.errors(include_url=False)
     missing = [".".join(_resolve(model, one["loc"])[0]) for one in findings if one["type"] == "missing"]
     wrong = [_sentence(one, model) for one in findings if one["type"] != "missing"]
@@ -33,15 +25,7 @@ def explain(error: ValidationError, model: type[BaseModel]) -> str:
 
 
 def explain_option(name: str, error: ValidationError) -> str:
-    """Turn what pydantic finds wrong with the value of an option of the command line into one line.
-
-    Parameters
-    ----------
-    name : str
-        The option, such as ``--runs``.
-    error : pydantic.ValidationError
-        What was found; its first finding is reported.
-    """
+    """Turn what pydantic finds wrong with the value of an option, such as ``--runs``, into one line."""
     finding = error.errors(include_url=False)[0]
     value, message = finding["input"], finding["msg"].removeprefix("Value error, ")
     if finding["type"] == "value_error":  # the message names the value

@@ -101,17 +101,10 @@ def with_preview(setup: RunSetup, delay: float) -> RunSetup:
 
 
 def planned_position(joint: Any, reference: NDArray[np.float64], period: float) -> NDArray[np.float64]:
-    """Return the position (rad) of a joint that follows a reference exactly, on the solver's grid.
+    """Return the position (rad) of a joint that follows a reference exactly, on the solver's grid of a period (s).
 
-    Parameters
-    ----------
-    joint : NamedTuple
-        Parameters of the joint. Its position follows from its velocity by a rule of its solver; the plan follows by the
-        same one, for the two rules differ by half a period times the velocity, more than a good loop leaves.
-    reference : ndarray, shape (steps + 1,)
-        Reference velocity, rad/s.
-    period : float
-        Solver period, s.
+    The position of a joint follows from its velocity by a rule of its solver; the plan follows by the same one, for the
+    two rules differ by half a period times the velocity, more than a good loop leaves.
     """
     implicit = isinstance(joint, (JointParameters, LuGreParameters))  # backward Euler; else the trapezoidal rule
     planned = np.zeros(reference.size)
@@ -129,14 +122,7 @@ def build_plain_setup(
 ) -> RunSetup:
     """Make a setup by hand: a joint whose friction does not change, a velocity sensor, samples at will.
 
-    Parameters
-    ----------
-    joint : JointModel, LuGreJoint or ElasticJoint
-        The joint.
-    samples, reference, noise : ndarray
-        As in :class:`RunSetup`.
-    actuator : Actuator, optional
-        The drive; by default one without limits and without delay.
+    By default the drive has neither limits nor a delay.
     """
     drive = Actuator() if actuator is None else actuator
     period = joint.solver_period

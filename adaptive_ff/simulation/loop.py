@@ -152,22 +152,9 @@ def read_sensor(setup: RunSetup, motion: Any, sample: int, last: float) -> float
 def inputs_at(
     setup: RunSetup, sample: int, velocity: float, position: float, correction: float, realised: float, elapsed: float
 ) -> Inputs:
-    """Return what a controller is given at a sample.
+    """Return what a controller is given at a sample: what is planned, and what is measured.
 
-    Parameters
-    ----------
-    setup : RunSetup
-        What is planned.
-    sample : int
-        The sample.
-    velocity, position : float
-        As they are measured, rad/s and rad.
-    correction : float
-        What the position loop adds to the plan, rad/s.
-    realised : float
-        Torque that the drive reports, N m; not a number where it reports none.
-    elapsed : float
-        Time since the last sample, s.
+    The realised torque is not a number where the drive reports none, N m; the time since the last sample is in s.
     """
     following = natural(sample + 1)
     return Inputs(
@@ -203,27 +190,9 @@ def torque_at_joint(actuator: ActuatorParameters, torque: float, position: float
 def run_plain(
     parameters: Any, state: Any, setup: RunSetup, position: Position, stop: int, record: Record
 ) -> tuple[Any, Position]:
-    """Run the loop from a position to a sample.
+    """Run the loop from a position up to a sample; return the new state of the controller and the position there.
 
-    Parameters
-    ----------
-    parameters, state : NamedTuple
-        Parameters and state of the controller.
-    setup : RunSetup
-        Joint, drive, reference and noise.
-    position : Position
-        Where to start.
-    stop : int
-        Sample to stop before.
-    record : Record
-        Filled in; it must hold what earlier parts filled in.
-
-    Returns
-    -------
-    state : NamedTuple
-        New state of the controller.
-    position : Position
-        Where the run has come to.
+    The record is filled in; it must hold what earlier parts filled in.
     """
     phase, motion, observer, acting = position.phase, position.joint, position.observer, position.acting
     given, realised, current = position.given_torque, position.realised_torque, position.current_torque
@@ -339,15 +308,7 @@ def run_controller(controller: Controller, setup: RunSetup, position: Position, 
 
 
 def start_position(setup: RunSetup, velocity: float | None = None) -> Position:
-    """Return the position at the start of a run.
-
-    Parameters
-    ----------
-    setup : RunSetup
-        Joint, drive, reference and noise.
-    velocity : float, optional
-        Velocity of the joint, rad/s; that of the reference by default.
-    """
+    """Return the position at the start of a run, by default at the velocity of the reference (rad/s)."""
     start = float(setup.reference[0]) if velocity is None else velocity
     joint = INITIAL_STATE[type(setup.joint)](setup.joint, start)
     observer, outer = initial_velocity_state(setup.observer, joint.position, start), initial_position_loop_state()

@@ -63,13 +63,7 @@ class PositionMetrics:
 
 
 class Total:
-    """Root of the mean square and largest size of a series between two places, from its parts.
-
-    Parameters
-    ----------
-    first, stop : int
-        Place of the first value that counts, and of the first behind it.
-    """
+    """Root of the mean square and largest size of a series between two places, the second not counted, in parts."""
 
     def __init__(self, first: int, stop: int) -> None:
         self._first, self._stop = first, stop
@@ -91,16 +85,8 @@ class Total:
 class RunMetrics:
     """Figures of merit of a run whose series come in parts, in order; a whole run is one part.
 
-    Parameters
-    ----------
-    size : int
-        Size of the solver's grid.
-    period : float
-        Its period, s.
-    begin : int
-        Solver step at which the motion begins.
-    last_change : float
-        Time of the last change of friction, s; zero without one.
+    ``size`` and ``period`` (s) are those of the solver's grid, ``begin`` is the step at which the motion begins, and
+    the last change of friction comes at a time in s, zero without one.
     """
 
     def __init__(self, size: int, period: float, begin: int, last_change: float) -> None:
@@ -154,17 +140,7 @@ def evaluate(
     torque: NDArray[np.float64],
     last_change: float,
 ) -> Metrics:
-    """Evaluate a run.
-
-    Parameters
-    ----------
-    time, reference, velocity : ndarray, shape (steps + 1,)
-        Time (s), reference and true velocity (rad/s) on the solver's grid.
-    torque : ndarray, shape (samples,)
-        Realised torque, N m.
-    last_change : float
-        Time of the last change of friction, s; zero without one.
-    """
+    """Evaluate reference and true velocity (rad/s) on the solver's grid of times (s), and realised torque (N m)."""
     metrics = RunMetrics(time.size, float(time[1] - time[0]), first_motion(reference), last_change)
     metrics.add(0, reference - velocity, torque)
     return metrics.metrics

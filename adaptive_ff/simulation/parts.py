@@ -8,26 +8,10 @@ from adaptive_ff.simulation.loop import Position
 
 
 def part_of(setup: RunSetup, position: Position, stop: int) -> tuple[RunSetup, Position, int]:
-    """Return the setup from where a run has come to up to a sample, as a setup of its own.
+    """Return the setup from where a run has come to up to a sample, as a setup of its own with views of the series.
 
-    Parameters
-    ----------
-    setup : RunSetup
-        The whole setup; the part has views of its series.
-    position : Position
-        Where the run has come to.
-    stop : int
-        Sample at which the part ends.
-
-    Returns
-    -------
-    part : RunSetup
-        The part. It begins where the command was given that still acts, or one sample early: the time since the last
-        sample counts.
-    position : Position
-        The position in the part.
-    first : int
-        Sample of the whole setup with which the part begins.
+    It begins where the command was given that still acts, or one sample early: the time since the last sample counts.
+    With it come the position in it, and the sample of the whole setup with which it begins.
     """
     first = max(0, min(position.acting, position.sample - 1))
     begin, end = int(setup.samples[first]), int(setup.samples[stop])

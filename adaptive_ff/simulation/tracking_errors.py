@@ -49,19 +49,7 @@ class TrackingErrors:
 def tracking_errors(
     squares: Array, period: float, *, begin: float = 0.0, changes: Sequence[float] = ()
 ) -> TrackingErrors:
-    """Compute the errors of a run.
-
-    Parameters
-    ----------
-    squares : ndarray, shape (steps,)
-        Squared error at each time.
-    period : float
-        Distance of these times, s.
-    begin : float, optional
-        Time at which the motion begins, s.
-    changes : sequence of float, optional
-        Times of changes of the joint, s.
-    """
+    """Compute the errors of a run from its squared errors on a grid with a period (s), and times of its changes (s)."""
     settled, start, windows, after = error_slices(squares.size, period, begin=begin, changes=changes)
 
     def rms(part: slice) -> float:
@@ -112,14 +100,11 @@ def failed(alike: TrackingErrors) -> TrackingErrors:
 
 
 def ratios(base: TrackingErrors, own: TrackingErrors) -> dict[str, float]:
-    """Compare a controller with PI.
+    """Return what a controller's errors are beside those of PI.
 
-    Returns
-    -------
-    dict of float
-        ``settled``: PI's settled error over the controller's, so that more is better; ``window``: the controller's
-        error over what counts for PI in the worst window; ``start``: the same in the first 5 s; ``after``: the same
-        after changes, the geometric mean over them, where there are any.
+    ``settled``: PI's settled error over the controller's, so that more is better; ``window``: the controller's error
+    over what counts for PI in the worst window; ``start``: the same in the first 5 s; ``after``: the same after
+    changes, the geometric mean over them, where there are any.
     """
     least = LEAST_OF_MEDIAN * float(np.median(base.windows))
     windows = (_over(mine, max(theirs, least)) for mine, theirs in zip(own.windows, base.windows, strict=True))

@@ -119,9 +119,9 @@ def feedforward_at(joint, velocity):
     return torque - (feedback.feedback.proportional + feedback.feedback.integral * PERIOD) * error
 
 
-@pytest.mark.parametrize("share", [0.0, 0.6, 1.0])
+@pytest.mark.parametrize("compensated", [0.0, 0.6, 1.0])
 def test_the_stated_share_of_friction_is_fed_forward_along_the_reference(share):
-    joint = CanudasController(*GAINS, PERIOD, inertia=20.0, dead_zone=0.05, share=share)
+    joint = CanudasController(*GAINS, PERIOD, inertia=20.0, dead_zone=0.05, compensated=share)
     assert feedforward_at(joint, -0.1) == pytest.approx(share * (40.0 + 90.0 * 0.2), abs=1e-9)
 
 
@@ -130,7 +130,7 @@ def test_the_stated_share_of_friction_is_fed_forward_along_the_reference(share):
     [(0.2, 40.0 + 18.0), (-0.3, -65.0 - 15.0), (0.05, 44.5), (0.02, 0.4 * 44.5), (-0.01, -0.2 * 67.5), (0.0, 0.0)],
 )
 def test_the_stated_share_of_friction_is_compensated_at_the_measured_velocity(velocity, expected):
-    joint = CanudasMeasuredController(*GAINS, PERIOD, inertia=20.0, dead_zone=0.05, share=0.6)
+    joint = CanudasMeasuredController(*GAINS, PERIOD, inertia=20.0, dead_zone=0.05, compensated=0.6)
     assert feedforward_at(joint, velocity) == pytest.approx(0.6 * expected, abs=1e-9)
 
 
@@ -140,7 +140,7 @@ def test_compensating_more_friction_than_there_is_keeps_a_joint_moving_and_the_r
     setup = setup_along(np.where(np.arange(20_001) < 100, 0.1, 0.0), joint=joint)
 
     def fastest(share):
-        controller = CanudasMeasuredController(60.0, 0.0, 0.001, inertia=20.0, dead_zone=0.002, share=share)
+        controller = CanudasMeasuredController(60.0, 0.0, 0.001, inertia=20.0, dead_zone=0.002, compensated=share)
         controller.state.physical[:] = [20.0, 75.0, 75.0, 80.0, 80.0]
         controller.enabled = False
         record, _ = drive(controller, setup)
@@ -171,7 +171,7 @@ def test_it_follows_a_real_joint_better_than_pi():
 @DIRECTED
 @pytest.mark.parametrize(
     "wrong",
-    [{"share": 1.1}, {"share": -0.1}, {"share": math.nan}, {"dead_zone": 0.0}, {"memory": -1.0}, {"inertia": math.inf}],
+    [{"compensated": 1.1}, {"compensated": -0.1}, {"compensated": math.nan}, {"dead_zone": 0.0}, {"memory": -1.0}, {"inertia": math.inf}],
     ids=str,
 )
 def test_wrong_values_are_refused_by_name(controller, wrong):

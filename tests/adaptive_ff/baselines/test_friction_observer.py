@@ -7,7 +7,7 @@ import pytest
 from plan_inputs import plan_inputs
 from scipy.integrate import solve_ivp
 
-from adaptive_ff.baselines.friction_observer import FrictionObserver, PreslidingState, mobilised_share, step_presliding
+from adaptive_ff.baselines.friction_observer import FrictionObserver, PreslidingState, mobilised_fraction, step_presliding
 from adaptive_ff.friction.feedforward import initial_feedforward_state, step_feedforward
 from adaptive_ff.friction.model import TorqueModel
 from controllers import PI
@@ -34,13 +34,13 @@ def along(presliding, samples, model=MODEL, period=PERIOD):
     return np.array(found)
 
 
-def test_mobilised_share_runs_along_the_curve_from_reversal_to_reversal():
+def test_mobilised_fraction_runs_along_the_curve_from_reversal_to_reversal():
     part = np.array([0.1, 0.5, 0.9])
     for z in part.tolist():
-        assert mobilised_share(2e-3, 1.0, -2e-3 * z) == pytest.approx(1.0 - 2.0 * z * (1.0 - math.log(z)), rel=1e-12)
-        assert mobilised_share(2e-3, 0.0, 2e-3 * z) == pytest.approx(z * (1.0 - math.log(z)), rel=1e-12)
-    assert mobilised_share(2e-3, -0.4, 0.0) == -0.4
-    assert mobilised_share(2e-3, -0.4, 5e-3) == pytest.approx(1.0, rel=1e-15)
+        assert mobilised_fraction(2e-3, 1.0, -2e-3 * z) == pytest.approx(1.0 - 2.0 * z * (1.0 - math.log(z)), rel=1e-12)
+        assert mobilised_fraction(2e-3, 0.0, 2e-3 * z) == pytest.approx(z * (1.0 - math.log(z)), rel=1e-12)
+    assert mobilised_fraction(2e-3, -0.4, 0.0) == -0.4
+    assert mobilised_fraction(2e-3, -0.4, 5e-3) == pytest.approx(1.0, rel=1e-15)
 
 
 def test_without_presliding_it_is_the_feedforward_of_the_lagged_model():

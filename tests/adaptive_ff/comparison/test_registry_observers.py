@@ -7,7 +7,7 @@ from closed_loops import SCENARIO, make
 
 from adaptive_ff import InputError, compare
 from adaptive_ff.comparison.observer_bandwidth import balance
-from adaptive_ff.comparison.registry import CONTROLLERS, make_disturbance_observer, make_kalman_disturbance
+from adaptive_ff.comparison.registry import CONTROLLERS
 from controllers import DisturbanceObserver, ExtendedState, KalmanDisturbance
 
 NAMES = ["disturbance_observer", "extended_state", "kalman_disturbance"]
@@ -57,10 +57,12 @@ def test_balance_is_the_bandwidth_of_the_kalman_filter_of_the_stated_walk():
     walk = KalmanDisturbance.walk(20.0, 0.001, 0.002, balance(FAST))
     assert walk == pytest.approx(proportional * vs, rel=1e-12)
     assert balance(FAST.modified(sensor={"velocity_noise": 0.0})) == math.inf
-    assumed = make_kalman_disturbance(FAST, multiple=1.0)
+    assumed = CONTROLLERS["kalman_disturbance"](FAST, multiple=1.0)
     expected = KalmanDisturbance.gains(20.0, 0.001, 0.002, proportional * vs)
     assert assumed.parameters[2:4] == pytest.approx(expected, rel=1e-9)
-    assert make_disturbance_observer(FAST, multiple=1.0).parameters.pole == pytest.approx(2.0 * math.pi * balance(FAST))
+    assert CONTROLLERS["disturbance_observer"](FAST, multiple=1.0).parameters.pole == pytest.approx(
+        2.0 * math.pi * balance(FAST)
+    )
 
 
 @pytest.mark.parametrize("name", ["disturbance_observer", "kalman_disturbance"])

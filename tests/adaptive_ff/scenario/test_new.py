@@ -12,9 +12,9 @@ from adaptive_ff import load_scenario, parse_scenario
 from adaptive_ff.comparison.own_bandwidth import settled_error, with_bandwidth
 from adaptive_ff.comparison.registry import CONTROLLERS
 from adaptive_ff.errors import InputError
+from adaptive_ff.scenario.content import MAIN_JOB
 from adaptive_ff.scenario.loop import loop_at, tried_bandwidths
 from adaptive_ff.scenario.new import new_scenario_text
-from adaptive_ff.scenario.scenario import MAIN_JOB
 
 DATA_SHEETS = {"geared joint": (20.0, 400.0, 2.5), "servo": (2e-4, 1.3, 314.0), "linear drive": (100.0, 400.0, 0.5)}
 

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from adaptive_ff.errors import InputError
-from adaptive_ff.scenario import scenario as module
+from adaptive_ff.scenario import content as module
 from adaptive_ff.scenario.scenario import load_scenario
 from adaptive_ff.scenario.shared_series import SharedSeries
 

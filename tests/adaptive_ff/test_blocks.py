@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 
 from adaptive_ff import load_scenario, simulate
-from adaptive_ff.blocks import controller_block, drive_block, joint_block
-from adaptive_ff.blocks.state_vector import rebuilt, state_names, state_vector
+from adaptive_ff.blocks import controller_block, drive_block, joint_block, rebuilt, state_names, state_vector
 from adaptive_ff.comparison.registry import make_controller
 from controllers import PI, PositionLoop
 from plant import Actuator, ElasticJoint, Joint
