@@ -8,7 +8,16 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from adaptive_ff.cli.gate import Gate
-from adaptive_ff.cli.options import SETTINGS, OwnControllers, ScenarioFile, ViewerOutput
+from adaptive_ff.cli.options import (
+    CONTROLLER_NAMES,
+    FORM_NAMES,
+    METRIC_NAMES,
+    SETTINGS,
+    SOURCE_NAMES,
+    OwnControllers,
+    ScenarioFile,
+    ViewerOutput,
+)
 from adaptive_ff.cli.output import bars, error_console, staged_results, warn
 from adaptive_ff.errors import InputError
 
@@ -35,8 +44,10 @@ class Guard:
         list[str] | None,
         typer.Option(help="Controller to guard; by default all of the baseline but the yardsticks."),
     ] = None
-    metric: Annotated[list[str] | None, typer.Option(help="Figure to guard, such as rms_error_settled; all.")] = None
-
+    metric: Annotated[
+        list[str] | None,
+        typer.Option(help=f"Figure to guard, by default all that the baseline has: {', '.join(METRIC_NAMES)}."),
+    ] = None
     across: Annotated[
         list[str] | None,
         typer.Option(help="What may differ from the scenario of the baseline: gains (its table feedback)."),
@@ -59,7 +70,10 @@ def compare_command(
     ] = None,
     controller: Annotated[
         list[str] | None,
-        typer.Option(help="Controller of the package to run, instead of the file's. May be given several times."),
+        typer.Option(
+            help=f"Controller to run, instead of the file's: {', '.join(CONTROLLER_NAMES)}, or FORM_SOURCE of "
+            f"{', '.join(FORM_NAMES)} and {', '.join(SOURCE_NAMES)}. May be given several times."
+        ),
     ] = None,
     own: OwnControllers = None,
     thin: Annotated[

@@ -44,7 +44,7 @@ def tune_command(
     """
     from adaptive_ff.comparison.own_bandwidth import FIRST_TUNING_SEED
     from adaptive_ff.files import write_csv
-    from adaptive_ff.report.tables import best_table, errors_table, loops_table
+    from adaptive_ff.report.tables import END_LEGEND, best_table, errors_table, loops_table
     from adaptive_ff.report.verdicts import bandwidth_lines
     from adaptive_ff.scenario.file import to_toml
     from adaptive_ff.scenario.scenario import load_scenario
@@ -64,7 +64,8 @@ def tune_command(
                 progress=partial(done, "bandwidths"),
             )
         write_csv(results.stage / "tune.csv", study.columns())
-        shown: list[Any] = [best_table(study), *bandwidth_lines(study.verdict)]
+        legend = [END_LEGEND] if any(one.at_an_end for one in study.own.values()) else []
+        shown: list[Any] = [best_table(study), *legend, *bandwidth_lines(study.verdict)]
         further = [loops_table(study), errors_table(study)]
         title = f"Bandwidths for {source}"
         figures, page = {"tune": study.plot()}, {"Scenario": to_toml(loaded)}

@@ -46,6 +46,8 @@ class Verdict:
     # parameters of the best that stay as they were given, or assumed, and those that the motion has shown
     given: tuple[str, ...]
     identified: tuple[str, ...]
+    # standard deviation of the latter over the estimate, at the end of the run; None of an estimate that is zero
+    deviations: dict[str, float | None]
 
     def to_dict(self) -> dict[str, Any]:
         """Return it as JSON holds it."""
@@ -65,6 +67,7 @@ def verdict(comparison: Comparison) -> Verdict:
     parts = error_parts(run.scenario, errors[best])
     limit = _largest(run.scenario, parts)
     shown = [name for name, spread in run.uncertainties.items() if spread[-1] < IDENTIFIED * spread[0]]
+    estimates = {name: run.final_estimates[name] for name in shown}
     given = ["inertia", "stribeck_velocity"] if not run.uncertainties else list(run.uncertainties)
     return Verdict(
         best,
@@ -76,6 +79,7 @@ def verdict(comparison: Comparison) -> Verdict:
         parts,
         tuple(name for name in given if name not in shown),
         tuple(shown),
+        {name: float(run.uncertainties[name][-1]) / abs(value) if value else None for name, value in estimates.items()},
     )
 
 

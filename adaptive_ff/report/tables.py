@@ -47,6 +47,12 @@ FEEDFORWARDS = {
     SAVED: "adaptive, from the saved state",
 }
 
+AT_AN_END = {True: "slowest", False: "fastest"}
+"""What is said beside a best bandwidth that is the first or the last of those that were tried."""
+
+END_LEGEND = "fastest: no faster loop has sound margins; slowest: no slower one was tried"
+"""What that means."""
+
 MOST_COLUMNS = 9
 """Most controllers that a table shows side by side; of more it shows the best of the others, and the picture all."""
 
@@ -285,7 +291,7 @@ def best_table(study: BandwidthStudy) -> Table:
         columns = {**columns, f"error {given}": speed}
     rows: list[list[Cell]] = []
     for name, one in study.own.items():
-        cells: list[Cell] = [name, one.best, "end" if one.at_an_end else ""]
+        cells: list[Cell] = [name, one.best, AT_AN_END[one.place == 0] if one.at_an_end else ""]
         for error, base in zip(study.own_errors[name], study.own_errors[BASELINE], strict=True):
             cells += [error, base / error if error > 0.0 else None]
         rows.append([*cells, *([study.common_errors[name].settled] if given else [])])

@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from adaptive_ff.comparison.verdict import Verdict
+from adaptive_ff.report.table import DEVIATIONS
 from adaptive_ff.report.tables import FEEDFORWARDS
 
 LIMITS = {
@@ -14,6 +15,13 @@ LIMITS = {
     "friction": ("friction", "a longer run, or a motion that shows more (adaptive-ff excite)"),
 }
 """What most of the error that is left is due to, and what to do next, by code."""
+
+IN_THE_BEST_LOOP = {
+    "noise": "a finer sensor, or a lower velocity.cutoff",
+    "bandwidth": "faster sampling, or a shorter delay: no faster loop is sound",
+    "friction": "the scenario with this bandwidth, in adaptive-ff compare",
+}
+"""What to do next where each controller has its best bandwidth, by the same code."""
 
 
 def comparison_lines(found: Verdict) -> list[str]:
@@ -27,8 +35,10 @@ def comparison_lines(found: Verdict) -> list[str]:
     if found.over_pi is None:
         kept = "the least settled error; pi beside it says whether it is worth it"
     lines = [f"{first}." if found.worth else f"{first}: {kept}."]
-    lines += [] if found.limit is None else [_limit(found.limit)]
-    return [*lines, _parameters(found.given, found.identified)]
+    if found.limit is not None:
+        what, step = LIMITS[found.limit]
+        lines.append(f"Limit: {what}. Next: {step}.")
+    return [*lines, _parameters(found.given, found.identified, found.deviations)]
 
 
 def bandwidth_lines(found: Mapping[str, Any]) -> list[str]:
@@ -36,7 +46,8 @@ def bandwidth_lines(found: Mapping[str, Any]) -> list[str]:
     gain = "" if found["over_pi"] is None else f", {found['over_pi']:.3g} times better than pi at its best"
     gain += "" if found["over_pi_loaded"] is None else f" and {found['over_pi_loaded']:.3g} times after a load"
     worth = "" if found["worth"] else ": nothing that ran is worth it on this joint, keep pi"
-    return [f"Verdict: {found['best']} at {found['bandwidth']:.3g} Hz{gain}{worth}.", _limit(found["limit"])]
+    limit = f"Limit: {LIMITS[found['limit']][0]}. Next: {IN_THE_BEST_LOOP[found['limit']]}."
+    return [f"Verdict: {found['best']} at {found['bandwidth']:.3g} Hz{gain}{worth}.", limit]
 
 
 def matrix_lines(found: Mapping[str, Any]) -> list[str]:
@@ -61,14 +72,13 @@ def replay_lines(found: Mapping[str, Any]) -> list[str]:
     return [f"{first} (second half). Next: {step}.", _parameters(found["given"], found["identified"])]
 
 
-def _limit(code: str) -> str:
-    what, step = LIMITS[code]
-    return f"Limit: {what}. Next: {step}."
-
-
-def _parameters(given: Sequence[str], identified: Sequence[str]) -> str:
-    """Return which parameters are given, or stay as assumed, and whether the others are identified."""
+def _parameters(
+    given: Sequence[str], identified: Sequence[str], deviations: Mapping[str, float | None] | None = None
+) -> str:
+    """Return which parameters are given, or stay as assumed, and the one of the others that is least certain."""
     if not identified:
         return f"Identified parameters: none; given: {', '.join(given)}."
-    but = f" but {', '.join(given)}" if given else ""
-    return f"Identified parameters: all{but}."
+    first = f"Not identified: {', '.join(given)}" if given else "Identified parameters: all"
+    widest = max(identified, key=lambda name: (deviations or {}).get(name) or 0.0)
+    wide = (deviations or {}).get(widest)
+    return f"{first}." if wide is None else f"{first}; {widest} ± {100.0 * DEVIATIONS * wide:.2g} %."

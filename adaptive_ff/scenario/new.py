@@ -123,8 +123,8 @@ def new_scenario_text(
         "fixed": {name: curve[name] for name in ("inertia", "coulomb", "viscous")},
     }
     head = [
-        "A joint from data-sheet numbers; what is assumed says so. A log of the real joint gives better numbers:",
-        "adaptive-ff identify LOG. The reference is the built-in multisine, its peak chosen for this joint.",
+        "A joint from data-sheet numbers; what is assumed says so. Better numbers give",
+        "a log of the joint: adaptive-ff identify LOG. The reference is a multisine.",
     ]
     return toml_text(_with_a_loop(content), _comments(UNITS[axis], encoder), head)
 
@@ -158,21 +158,21 @@ def _comments(units: dict[str, str], encoder: Encoder | None) -> dict[str, str]:
         "joint.inertia": f"{units['inertia']}, motor and load at the joint",
         "joint.coulomb": f"{units['torque']}, assumed: {100.0 * COULOMB_FRACTION:g} % of the rated one",
         "joint.stiction": f"{units['torque']}, assumed: {STICTION_FACTOR:g} times Coulomb friction",
-        "joint.viscous": f"{units['viscous']}, assumed: {100.0 * VISCOUS_FRACTION:g} % of the rated one at rated speed",
+        "joint.viscous": f"{units['viscous']}, assumed: {100.0 * VISCOUS_FRACTION:g} % of the rated one",
         "joint.stribeck_velocity": f"{units['speed']}, assumed: {100.0 * STRIBECK_FRACTION:g} % of the rated one",
         "joint.gear_ratio": "of the motor to the joint",
         "joint.solver_period": "s, of the simulation",
         "sampling.period": "s",
         "sensor.velocity_noise": f"{units['speed']}, standard deviation, assumed",
         "sensor.encoder_resolution": "at the joint, of the given counts",
-        "velocity.method": "a difference of readings behind a low-pass, assumed",
+        "velocity.method": "of differences of readings, assumed",
         "velocity.cutoff": f"Hz, {'as given' if encoder and encoder.cutoff else 'chosen with the bandwidth'}",
         "actuator.delay": "s, from a sample to the torque",
         "actuator.torque_limit": f"{units['torque']}, the rated one",
         "feedback.inertia": "as the designer assumes it",
-        "feedback.bandwidth": "Hz, of the least error of noise and friction, at most half of the fastest sound one",
-        "adaptation.stribeck_velocity": "prior knowledge of the adaptive controller; a factor of two wrong is fine",
-        "fixed": "the friction model that the controller 'fixed' feeds forward",
+        "feedback.bandwidth": "Hz, of the least error, noise and friction",
+        "adaptation.stribeck_velocity": "assumed; a factor of two wrong is fine",
+        "fixed": "what the controller 'fixed' feeds forward",
     }
 
 

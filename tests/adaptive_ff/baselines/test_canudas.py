@@ -120,9 +120,9 @@ def feedforward_at(joint, velocity):
 
 
 @pytest.mark.parametrize("compensated", [0.0, 0.6, 1.0])
-def test_the_stated_share_of_friction_is_fed_forward_along_the_reference(share):
-    joint = CanudasController(*GAINS, PERIOD, inertia=20.0, dead_zone=0.05, compensated=share)
-    assert feedforward_at(joint, -0.1) == pytest.approx(share * (40.0 + 90.0 * 0.2), abs=1e-9)
+def test_the_stated_share_of_friction_is_fed_forward_along_the_reference(compensated):
+    joint = CanudasController(*GAINS, PERIOD, inertia=20.0, dead_zone=0.05, compensated=compensated)
+    assert feedforward_at(joint, -0.1) == pytest.approx(compensated * (40.0 + 90.0 * 0.2), abs=1e-9)
 
 
 @pytest.mark.parametrize(
@@ -139,8 +139,8 @@ def test_compensating_more_friction_than_there_is_keeps_a_joint_moving_and_the_r
     joint = SCENARIO.joint.model_copy(update={"stiction": 60.0, "friction_lag": 0.0})
     setup = setup_along(np.where(np.arange(20_001) < 100, 0.1, 0.0), joint=joint)
 
-    def fastest(share):
-        controller = CanudasMeasuredController(60.0, 0.0, 0.001, inertia=20.0, dead_zone=0.002, compensated=share)
+    def fastest(compensated):
+        controller = CanudasMeasuredController(60.0, 0.0, 0.001, inertia=20.0, dead_zone=0.002, compensated=compensated)
         controller.state.physical[:] = [20.0, 75.0, 75.0, 80.0, 80.0]
         controller.enabled = False
         record, _ = drive(controller, setup)
@@ -171,7 +171,14 @@ def test_it_follows_a_real_joint_better_than_pi():
 @DIRECTED
 @pytest.mark.parametrize(
     "wrong",
-    [{"compensated": 1.1}, {"compensated": -0.1}, {"compensated": math.nan}, {"dead_zone": 0.0}, {"memory": -1.0}, {"inertia": math.inf}],
+    [
+        {"compensated": 1.1},
+        {"compensated": -0.1},
+        {"compensated": math.nan},
+        {"dead_zone": 0.0},
+        {"memory": -1.0},
+        {"inertia": math.inf},
+    ],
     ids=str,
 )
 def test_wrong_values_are_refused_by_name(controller, wrong):

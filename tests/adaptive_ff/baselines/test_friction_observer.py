@@ -7,7 +7,12 @@ import pytest
 from plan_inputs import plan_inputs
 from scipy.integrate import solve_ivp
 
-from adaptive_ff.baselines.friction_observer import FrictionObserver, PreslidingState, mobilised_fraction, step_presliding
+from adaptive_ff.baselines.friction_observer import (
+    FrictionObserver,
+    PreslidingState,
+    mobilised_fraction,
+    step_presliding,
+)
 from adaptive_ff.friction.feedforward import initial_feedforward_state, step_feedforward
 from adaptive_ff.friction.model import TorqueModel
 from controllers import PI

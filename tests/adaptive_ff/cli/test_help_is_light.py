@@ -10,6 +10,9 @@ import pytest
 
 import adaptive_ff
 from adaptive_ff.cli import identify, options, replay
+from adaptive_ff.comparison.baseline import GATED
+from adaptive_ff.comparison.fixed_models import FORMS, SOURCES
+from adaptive_ff.comparison.registry import CONTROLLERS, FIXED
 from adaptive_ff.identify.identification import identify_log
 from adaptive_ff.replay.replay import replay_log
 from adaptive_ff.studies.motion import MotionLimits
@@ -48,3 +51,9 @@ def test_options_are_arguments_of_the_function_that_they_fill_with_its_defaults(
     for one in fields(group):
         default = arguments[one.name].default
         assert one.default == (None if default is inspect.Parameter.empty else default)
+
+
+def test_names_in_help_are_those_that_there_are():
+    assert list(options.METRIC_NAMES) == list(GATED)
+    assert [name for name in CONTROLLERS if name not in FIXED] == list(options.CONTROLLER_NAMES)
+    assert (tuple(FORMS), tuple(SOURCES)) == (options.FORM_NAMES, options.SOURCE_NAMES)
