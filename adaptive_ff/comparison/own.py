@@ -35,6 +35,9 @@ OFFERED = ("scenario", "proportional", "integral", "period", "inertia")
 class OwnController(Protocol):
     """What a user's own controller must have; no need to derive from it.
 
+    An object is copied for each run; a class or a factory is given those of ``scenario``, ``proportional``,
+    ``integral``, ``period`` and ``inertia`` whose names it has.
+
     ``step`` is called once a sampling period, in plain Python. It is given only those keyword arguments that it accepts
     (all of them where it takes ``**others``), so the least is ``def step(self, reference, velocity, **_)``. What it may
     have beside ``step``, is recorded and drawn:
