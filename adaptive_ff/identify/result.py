@@ -188,8 +188,9 @@ class LogIdentification(Reported):
 
     @property
     def vague(self) -> list[str]:
-        """Textbook parameters whose interval is wide."""
-        return [name for name in NEEDED if name in self.parameters and self.parameters[name].half_width > WIDE]
+        """Parameters of the best model whose interval is wide."""
+        found = self.best.parameters
+        return [name for name in NEEDED if name in found and found[name].half_width > WIDE]
 
     @property
     def grade(self) -> str:

@@ -326,7 +326,10 @@ def _judged(
     for which, parts in estimates.items():
         values = np.vstack([part[cut] for part, cut in zip(parts, inner, strict=True)])
         hidden = ("lag_slope", "velocity_slope")
-        histories[which] = {name: values[:, k] for k, name in enumerate(learner.names) if name not in hidden}
+        found = {name: values[:, k] for k, name in enumerate(learner.names) if name not in hidden}
+        turning = found.pop("slow_coulomb") + found.pop("soft_coulomb")  # over a path after a reversal
+        found["coulomb"], found["stiction"] = found["coulomb"] + turning, found["stiction"] + turning
+        histories[which] = found
     time = np.concatenate([one.time[cut] for one, cut in zip(rows, inner, strict=True)])
     return left, Series(time, torque, shown, histories)
 

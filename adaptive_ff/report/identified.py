@@ -10,6 +10,9 @@ from adaptive_ff.report.table import Cell, Table, table
 
 NAMES = {"viscous_asymmetry": "by direction", "stiction_excess": "stiction − coulomb", "torque_delay": "torque delay"}
 
+NARROWED = {"inertia": "faster changes of speed", "coulomb": "more reversals", "viscous": "higher speeds"}
+"""What of a motion narrows the interval of a parameter."""
+
 SCORES = {
     "follows": "the model follows the joint",
     "drifts": "the model drifts away from the joint within seconds, as open loop does where little holds a position",
@@ -51,7 +54,8 @@ def verdict_lines(found: LogIdentification) -> list[str]:
         what = "most of the torque is something else" if left > LEFT[CARE] else "part of the torque is something else"
         reasons.append(f"{_percent(left)} of the torque are left: {what} (load, coupling, other axes)")
     if found.vague:
-        reasons.append(f"{', '.join(found.vague)}: known to {WIDE:.0%} or worse; a longer log narrows that")
+        more = " and ".join(NARROWED[name] for name in found.vague)
+        reasons.append(f"{', '.join(found.vague)}: known to {WIDE:.0%} or worse; {more}, or a longer log, narrow that")
     lines = [f"Verdict: {found.grade}" + (f"; {'; '.join(reasons)}." if reasons else ".")]
     if found.refined is not None:
         lines.append(f"Refined by {', '.join(found.taken)}; {_moved(found)}.")
