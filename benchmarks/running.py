@@ -9,7 +9,7 @@ from typing import Any
 from adaptive_ff.studies.fingerprint import fingerprint
 from adaptive_ff.studies.study import Found, Store, run_study
 from benchmarks.results import RESULTS, Result, Row, circumstances
-from benchmarks.suite import SCENARIOS, Case, Suite
+from benchmarks.suite import SCENARIOS, SUITES, Case, Suite
 
 KEPT = RESULTS / "kept"  # where results are kept as they come; not committed
 
@@ -55,7 +55,7 @@ def run_suite(
 
 def suite_fingerprint(suite: Suite) -> str:
     """Return the digest of all code and scenarios that the figures of a suite depend on."""
-    return fingerprint(suite.code, SCENARIOS.rglob("scenarios/*"))
+    return fingerprint(suite.code, [*SCENARIOS.rglob("scenarios/*"), *(SUITES.parent / "cases").glob("*.toml")])
 
 
 def run_case(case: Case, controllers: list[str]) -> Found:
