@@ -13,10 +13,13 @@ a sensor of velocity, as noisy as the log's velocity; a drive without limit; the
 
 import json
 import tempfile
-from functools import partial
+import tomllib
+from functools import cache, partial
 from pathlib import Path
+from typing import Any, NamedTuple
 
 import numpy as np
+from scipy import io
 
 from adaptive_ff import compare, load_scenario
 from adaptive_ff.files import write_csv
@@ -24,10 +27,9 @@ from adaptive_ff.identify.identification import identify_log
 from adaptive_ff.identify.result import LogIdentification
 from adaptive_ff.identify.scenario_text import joined_ends, scenario_text
 from adaptive_ff.identify.score import score_log
-from adaptive_ff.logs.log import Log
+from adaptive_ff.logs.log import Log, read_log
 from adaptive_ff.replay.replay import replay_log
 from adaptive_ff.studies.study import Found
-from benchmarks.recorded_machines import DATA, JOBS, Job
 from benchmarks.suite import Case
 
 COMPARED = ("pi", "oracle", "adaptive")
@@ -48,6 +50,62 @@ def closed_loop(found: LogIdentification, log: Log) -> dict[str, float]:
     return {name: errors[name] / errors["adaptive"] for name in COMPARED[:-1]}
 
 
+DATA = Path(__file__).resolve().parents[3] / "shared" / "data"
+
+
+@cache
+def machines() -> dict[str, dict[str, Any]]:
+    """Return the tables of the machines by name, and of what others identified under ``published``."""
+    return tomllib.loads(Path(__file__).with_suffix(".toml").read_text(encoding="utf-8"))
+
+
+class Job(NamedTuple):
+    """A joint of a machine: one log to identify and to start cold on, and perhaps another one."""
+
+    machine: str
+    joint: str  # empty where there is only one
+
+    @property
+    def name(self) -> str:
+        """Machine and joint."""
+        return f"{self.machine} {self.joint}".strip()
+
+    @property
+    def table(self) -> dict[str, Any]:
+        """Table of the machine."""
+        return machines()[self.machine]
+
+    @property
+    def linear(self) -> bool:
+        """Whether it is a linear axis."""
+        return bool(self.table.get("linear"))
+
+    def missing(self) -> list[str]:
+        """Return the files that are not there."""
+        return [file for file in self.table["files"] if not (DATA / self.table["folder"] / file).is_file()]
+
+    def read(self, record: str) -> Log:
+        """Read a log."""
+        path, place = DATA / self.table["folder"] / record, self.table.get("joints", {}).get(self.joint)
+        columns = dict(self.table["read"])
+        columns["extra"] = {name: text.format(place) for name, text in columns.get("extra", {}).items()}
+        columns |= {name: columns[name].format(place) for name in ("position", "torque")}
+        scale = {}
+        if "gain" in self.table:
+            scale[columns["torque"]] = io.loadmat(path, variable_names=[self.table["gain"]])[self.table["gain"]].item()
+        if "ratios" in self.table:
+            ratio = self.table["ratios"][place]
+            scale = {columns["position"]: 1.0 / ratio, columns["torque"]: ratio}
+        if "degrees" in self.table:
+            scale = {columns["position"]: np.pi / 180.0}
+        return read_log(path, scale=scale, **columns)
+
+
+JOBS = [
+    Job(name, joint) for name, table in machines().items() if "files" in table for joint in table.get("joints", [""])
+]
+
+
 def job_of(name: str) -> Job:
     """Return the job of a joint by its name, which a process of its own is sent."""
     return next(job for job in JOBS if job.name == name)
@@ -56,27 +114,27 @@ def job_of(name: str) -> Job:
 def run_job(name: str, controllers: list[str]) -> Found:
     """Identify a joint, replay its logs and simulate it; ``controllers`` are the columns of the result."""
     job = job_of(name)
-    if missing := job.data.missing(DATA):
-        raise ValueError(f"{', '.join(missing)} not there; source: {job.data.origin}")
-    logs = [job.read(DATA, record) for record in job.records]
+    if missing := job.missing():
+        raise ValueError(f"{', '.join(missing)} not there; source: {job.table['origin']}")
+    logs = [job.read(record) for record in job.table["files"]]
     other = logs[1] if len(logs) > 1 else None
-    validation = {"held_out": 0.0, "validation": other} if other is not None else {"held_out": job.held_out}
+    validation = {"held_out": 0.0, "validation": other} if other is not None else {"held_out": job.table["held_out"]}
     found = identify_log(logs[0], linear=job.linear, **validation)
     columns: Found = {name: {} for name in controllers}
     columns["identify"] = {"unexplained": found.best.left}
     if found.validation is not None:
         columns["identify"]["validation"] = found.validation
-    if job.scored and other is not None:
+    if "scored" in job.table and other is not None:
         score = score_log(logs[0], other, linear=job.linear)
         columns["identify"] |= {"open_loop": score.rms, "windows": score.windows}
     state = {}
     for log in logs:
-        replay = replay_log(log, linear=job.linear, **state, **job.settings)
+        replay = replay_log(log, linear=job.linear, **state, **job.table["settings"])
         state = {"state": replay.state_to_json()}
         for name in set(controllers) & set(replay.left):
             for figure, value in replay.left[name]._asdict().items():
                 columns[name].setdefault("left" if figure == "whole" else figure, []).append(value)
-    if job.simulated:
+    if job.table["simulated"] is True or job.joint in job.table["simulated"]:
         columns["closed loop"] = closed_loop(found, logs[0])
     return {"": {"row": job.name}, **{name: columns[name] for name in controllers}}
 
@@ -89,7 +147,7 @@ def joints(count: int = 1, first: int = 1) -> list[Case]:
 def identified(joint: str, controllers: list[str]) -> Found:
     """Identify a joint: its parameters, and the largest torque of its log (its 99.9th percentile), N m or N."""
     (name,), job = controllers, job_of(joint)
-    log = job.read(DATA, job.records[0])
+    log = job.read(job.table["files"][0])
     found = identify_log(log, linear=job.linear)
     largest = float(np.nanquantile(np.abs(log.torque), 0.999))
     values = {one: parameter.value for one, parameter in found.parameters.items()} | {"largest": largest}
@@ -101,32 +159,17 @@ def frictions(count: int = 1, first: int = 1) -> list[Case]:
     return [Case(job.name, first, partial(identified, job.name)) for job in JOBS]
 
 
-SERVOS = {"eRob80 50:1": "erob80_50", "eRob80 100:1": "erob80_100", "MX-64": "mx64", "MX-106": "mx106"}
-"""Servos that the authors of github.com/Rhoban/bam (commit 1b5a1ce, Apache-2.0) identified: their model m1."""
-
-PUBLISHED = {
-    # github.com/dfki-ric-underactuated-lab/double_pendulum, commit a6a1242, tmotors_v1.0/model_parameters.yml: shoulder
-    "AK80-6": {"coulomb": 0.093, "viscous": 0.081, "largest": 10.0},
-    # github.com/nielsSkov/masterThesisMatlab, commit 13dd4a8, cartPendulum/initCartPendulum.m: means of two directions
-    "cart": {"inertia": 6.28, "coulomb": (3.021 + 2.746) / 2.0, "viscous": (1.937 + 1.422) / 2.0},
-    # github.com/JuliaComputing/QuanserInterface.jl, commit 0465b39, examples/estimate_friction.jl: breakaway at 0.11 V
-    # of 10 V; torque constant and resistance in src/qube_servo.jl
-    "Qube-Servo": {"coulomb": 0.042 * 0.11 / 8.4, "largest": 0.042 * 10.0 / 8.4},
-}
-"""Frictions that others published, in SI units at the joint."""
-
-
 def quoted(joint: str, controllers: list[str]) -> Found:
     """Return what others identified on a joint."""
-    (name,) = controllers
-    if joint in SERVOS:
+    (name,), servos = controllers, machines()["published"]["servos"]
+    if joint in servos:
         file = DATA / "reference_parameters/bam_servo_friction_parameters.json"
         if not file.is_file():
             raise ValueError(f"{file.name} is not there; source: github.com/Rhoban/bam")
-        model = json.loads(file.read_text(encoding="utf-8"))[SERVOS[joint]]["m1"]
+        model = json.loads(file.read_text(encoding="utf-8"))[servos[joint]]["m1"]
         values = {"inertia": model["armature"], "coulomb": model["friction_base"], "viscous": model["friction_viscous"]}
     else:
-        values = dict(PUBLISHED[joint])
+        values = dict(machines()["published"]["joints"][joint])
     if "largest" in values:
         values["over_largest"] = values["coulomb"] / values["largest"]
     return {"": {"row": joint}, name: values}
@@ -134,4 +177,5 @@ def quoted(joint: str, controllers: list[str]) -> Found:
 
 def published(count: int = 1, first: int = 1) -> list[Case]:
     """Return the joints whose friction others published."""
-    return [Case(joint, first, partial(quoted, joint)) for joint in (*SERVOS, *PUBLISHED)]
+    listed = machines()["published"]
+    return [Case(joint, first, partial(quoted, joint)) for joint in (*listed["servos"], *listed["joints"])]

@@ -3,7 +3,7 @@
 import pytest
 
 from benchmarks.cases import recorded
-from benchmarks.recorded_machines import DATA, JOBS, KUKA
+from benchmarks.cases.recorded import DATA, JOBS
 from benchmarks.running import run_case
 from benchmarks.suite import load_suite
 
@@ -12,13 +12,14 @@ def test_absent_data_are_said_with_their_source(tmp_path, monkeypatch):
     monkeypatch.setattr(recorded, "DATA", tmp_path)
     for job, case in zip(JOBS, recorded.joints(), strict=True):
         refused = run_case(case, ["identify"])[""]["refused"]
-        assert job.data.origin in refused
-        assert all(file in refused for file in job.data.files)
+        assert job.table["origin"] in refused
+        assert all(file in refused for file in job.table["files"])
 
 
-@pytest.mark.skipif(
-    bool(KUKA.missing(DATA)), reason=f"the recorded data lie outside the repository and are not there: {DATA}"
-)
+MISSING = recorded.job_of("KUKA KR300 axis 6").missing()
+
+
+@pytest.mark.skipif(bool(MISSING), reason=f"the recorded data lie outside the repository and are not there: {DATA}")
 def test_axis_is_identified_replayed_and_put_into_a_closed_loop():
     (case,) = [case for case in recorded.joints() if case.key == "KUKA KR300 axis 6"]
     found = run_case(case, load_suite("recorded").controllers)
