@@ -55,7 +55,9 @@ def run_suite(
 
 def suite_fingerprint(suite: Suite) -> str:
     """Return the digest of all code and scenarios that the figures of a suite depend on."""
-    return fingerprint(suite.code, [*SCENARIOS.rglob("scenarios/*"), *(SUITES.parent / "cases").glob("*.toml")])
+    root, ends = SUITES.parent, ("toml", "xml", "c", "ld")
+    data = [file for end in ends for file in root.rglob(f"*.{end}") if file.parent not in (root, SUITES)]
+    return fingerprint(suite.code, [*SCENARIOS.rglob("scenarios/*"), *data])
 
 
 def run_case(case: Case, controllers: list[str]) -> Found:

@@ -5,6 +5,7 @@ Friction is MuJoCo's own: ``frictionloss``, a constraint that holds like Coulomb
 was tuned. Rotors turn with the joints (``armature``), so the inertia depends on the pose less than that of the links.
 """
 
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import mujoco
@@ -63,55 +64,13 @@ ROBOT = (
     Axis("flange", 3.0, 2.0, (), False, 0.8),
 )
 
-HINGE_BODIES = """
-<body><joint name="hinge" axis="0 0 1" {hinge}/><inertial pos="0 0 0" mass="20" diaginertia="20 20 20"/></body>
-"""
-
-ARM_BODIES = """
-<body pos="0 0 1.5" euler="0 0.9 0">
-  <joint name="shoulder" axis="0 1 0" armature="4" {shoulder}/>
-  <geom type="capsule" fromto="0 0 0 0 0 -0.6" size="0.06" mass="12"/>
-  <body pos="0 0 -0.6" euler="0 0.7 0">
-    <joint name="elbow" axis="0 1 0" armature="1.5" {elbow}/>
-    <geom type="capsule" fromto="0 0 0 0 0 -0.5" size="0.05" mass="6"/>
-    <geom name="tip" type="sphere" pos="0 0 -0.5" size="0.06" mass="3"/>
-  </body>
-</body>
-"""
-
-ROBOT_BODIES = """
-<body pos="0 0 0.4">
-  <joint name="waist" axis="0 0 1" armature="6" {waist}/>
-  <geom type="cylinder" size="0.12 0.1" mass="25"/>
-  <body pos="0.1 0 0.1">
-    <joint name="upper" axis="0 1 0" armature="8" {upper}/>
-    <geom type="capsule" fromto="0 0 0 0.15 0 0.42" size="0.08" mass="18"/>
-    <body pos="0.15 0 0.42">
-      <joint name="fore" axis="0 1 0" armature="4" {fore}/>
-      <geom type="capsule" fromto="0 0 0 0.4 0 -0.1" size="0.06" mass="12"/>
-      <body pos="0.4 0 -0.1">
-        <joint name="roll" axis="1 0 0" armature="0.8" {roll}/>
-        <geom type="capsule" fromto="0 0 0 0.08 0 0" size="0.05" mass="4"/>
-        <body pos="0.08 0 0">
-          <joint name="pitch" axis="0 1 0" armature="0.8" {pitch}/>
-          <geom type="capsule" fromto="0 0 0 0.08 0 0" size="0.04" mass="2.5"/>
-          <body pos="0.08 0 0">
-            <joint name="flange" axis="1 0 0" armature="0.3" {flange}/>
-            <geom name="tip" type="box" pos="0.08 0 0" size="0.06 0.06 0.06" mass="4"/>
-          </body>
-        </body>
-      </body>
-    </body>
-  </body>
-</body>
-"""
-
-KINDS = {"hinge": (HINGE, HINGE_BODIES), "two-link arm": (ARM, ARM_BODIES), "six-axis arm": (ROBOT, ROBOT_BODIES)}
+KINDS = {"hinge": HINGE, "two-link arm": ARM, "six-axis arm": ROBOT}
+BODIES = Path(__file__).parent / "machines"  # their bodies, NAME.xml
 
 
 def make_machine(name: str, friction: str, creep: float = CREEP) -> Machine:
     """Make a machine by name, with ``"coulomb"`` friction that creeps with a time constant (s), or ``"LuGre"``."""
-    axes, bodies = KINDS[name]
+    axes, bodies = KINDS[name], (BODIES / f"{name}.xml").read_text()
     joints, bristles = {}, []
     for axis in axes:
         joints[axis.name] = f'damping="{axis.viscous}"'

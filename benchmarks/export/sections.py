@@ -6,6 +6,7 @@ import subprocess
 import tempfile
 import time
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -180,32 +181,6 @@ def closed_loops() -> list[Row]:
     ]
 
 
-TIMED = """#include "drive.h"
-#include <stdio.h>
-#include <stdlib.h>
-#include <time.h>
-int main(int count, char **arguments)
-{
-    static drive_Controller controller;
-    const int rows = atoi(arguments[count - 1]);
-    double *references = malloc((size_t)(rows + 1) * sizeof *references);
-    if (references == NULL || fread(references, sizeof *references, (size_t)rows + 1, stdin) == 0) return 1;
-    drive_Output output = {0};
-    drive_init(&controller);
-    const clock_t begin = clock();
-    for (int k = 0; k < rows; k++) {
-        drive_Inputs inputs = drive_default_inputs();
-        inputs.reference = references[k];
-        inputs.next_reference = references[k + 1];
-        inputs.velocity = 0.97 * references[k];
-        if (drive_step(&controller, &inputs, &output) != DRIVE_OK) return 1;
-    }
-    printf("%.9g %.17g", (double)(clock() - begin) / CLOCKS_PER_SEC / rows, output.torque);
-    return 0;
-}
-"""
-
-
 def _run_series(native: Any, state: Any, references: NDArray[np.float64], torques: NDArray[np.float64]) -> Any:
     for k in range(torques.size):
         inputs = planned_inputs(references[k], 0.97 * references[k], references[k + 1], math.nan, 0.01)
@@ -224,7 +199,7 @@ def steps() -> list[Row]:
     run_series(controller.native, 0, references, torques)  # compiles
     times = []
     with exported(adaptive("symmetric")) as folder:
-        (folder / "timed.c").write_text(TIMED)
+        shutil.copy(Path(__file__).with_name("timed.c"), folder)
         builds = [(program, level) for program in compilers() for level in ("-O2", "-O3")]
         for program, level in builds:
             run(folder, program, "-std=c99", level, "drive.c", "timed.c", "-o", program + level, "-lm")
