@@ -37,7 +37,6 @@ def arithmetic(a, b, n):
 
 
 def mathematics(a):
-    """Every function of real numbers."""
     first = math.exp(-a) + math.log(a + 2.0) + math.sqrt(a) + math.sin(a) + math.cos(a) + math.tan(a) + math.atan(a)
     second = math.expm1(a) + math.log1p(a) + math.sinh(a) + math.cosh(a) + math.tanh(a) + math.asinh(a)
     third = math.asin(0.5 * a) + math.acos(0.5 * a) + math.atan2(a, -1.0) + math.pow(a, 1.5) + math.fabs(-a)
@@ -45,22 +44,18 @@ def mathematics(a):
 
 
 def whole_numbers(a, n) -> tuple:
-    """Everything that makes integers."""
     return math.floor(a), math.ceil(a), int(a), int(n), float(n), int(a > 0.0), abs(n)
 
 
 def divided(n, m):
-    """Quotients and rests of integers, of any sign."""
     return n // m, n % m, (n + 9) % 4, abs(n) // 3
 
 
 def choices(a, b, n):
-    """Largest and smallest numbers, of both kinds."""
     return max(a, b), min(a, b, LEVEL), max(n, 2), min(n, 1, 7), max(n, a)
 
 
 def tests(a, b) -> int:
-    """Every comparison and test, as the bits of a number."""
     bits = 0
     bits += 1 if a < b else 0
     bits += 2 if a <= b else 0
@@ -76,7 +71,6 @@ def tests(a, b) -> int:
 
 
 def joined(a, b, flag):
-    """And and or, also with what is known beforehand, and chains of comparisons."""
     one = a > 0.0 and b > 0.0 and flag
     two = a > 0.0 or b > 0.0 or flag
     three = True and a > 0.0
@@ -96,7 +90,6 @@ def compared_last(row, a):
 
 
 def branches(a, n):
-    """If and else, one within the other, with variables that get their value in them."""
     if a > 1.0:
         kind = 1
         value = a
@@ -116,14 +109,12 @@ def branches(a, n):
 
 
 def chosen(flag, body):
-    """A value, a record and an array, one or the other."""
     point = body.at if flag else Point(1.0, 2.0)
     row = body.row if flag else body.table[0]
     return point.x + row[0] if not flag else point.y - row[1], 1 if flag else 0.5
 
 
 def sums(row, table):
-    """Loops over ranges in both directions, one in the other, that go on or break off."""
     total = 0.0
     for i in range(table.shape[0]):
         for j in range(1, table.shape[1]):
@@ -140,7 +131,6 @@ def sums(row, table):
 
 
 def waiting(a):
-    """A loop that ends by a condition."""
     count = 0
     while a > 1.0 and count < 100:
         a *= 0.5
@@ -151,13 +141,11 @@ def waiting(a):
 
 
 def from_the_end(row, table, n):
-    """Indices that count from the end, known and computed."""
     past = (row[0], row[1], row[2])
     return row[-1], row[n], table[-1, n], table[n][-2], past[n], past[-3], table[-2][natural(1)]
 
 
 def changed(row, table, a):
-    """Write elements, rows' elements and whole arrays."""
     row[0] = a
     row[1] += 2.0
     row[-1] *= a
@@ -171,14 +159,12 @@ def changed(row, table, a):
 
 
 def copied(row, other, table):
-    """Fill arrays with those of another one and with a number."""
     row[:] = other
     table[:, :] = 1
     return row[0] + table.size
 
 
 def exchanged(a, b, body):
-    """Values that depend on each other, numbers and records."""
     a, b = b, a
     one, two = body.at, Point(a, b)
     for _ in range(3):
@@ -198,7 +184,6 @@ def kept_from_a_loop(row):
 
 
 def all_alike(a):
-    """Variables that get one value."""
     x = y = Point(a, 2.0 * a)
     z = w = a + 1.0
     z += 1.0
@@ -206,7 +191,6 @@ def all_alike(a):
 
 
 def made(body, a):
-    """Records and tuples, with defaults, names, and values spread out."""
     point = Point(*body.past[1:])
     again = Point(y=a, x=1.0)
     past = (*body.past[1:], a)
@@ -215,7 +199,6 @@ def made(body, a):
 
 
 def scaled(point, factor=2.0, *, lift=0.0) -> Point:
-    """Called by others."""
     return Point(point.x * factor, point.y * factor + lift)
 
 
@@ -227,12 +210,10 @@ def length(point) -> float:
 
 
 def is_far(point) -> bool:
-    """Give a truth value."""
     return length(point) > LEVEL
 
 
 def fill(row, a):
-    """Give nothing."""
     if a < 0.0:
         return
     for i in range(row.size):
@@ -240,7 +221,6 @@ def fill(row, a):
 
 
 def calls(point, row, a):
-    """Call other kernels."""
     fill(row, a)
     fill(row, -1.0)
     near = scaled(scaled(point, lift=a), factor=0.5)
@@ -248,7 +228,6 @@ def calls(point, row, a):
 
 
 def items(body):
-    """Items by constant places, of records, tuples, shapes and constants."""
     return body[1].x, body.past[0], body.table.shape[1], STEPS_OF[1], STEPS_OF[-1], body.at[-1], math.pi
 
 
@@ -294,7 +273,6 @@ measure = dispatched(SHAPES, _measure)
 
 
 def both(circle, square, a):
-    """Kernels that are chosen by the class of their first argument."""
     return measure(circle, a) + measure(square, factor=a)
 
 

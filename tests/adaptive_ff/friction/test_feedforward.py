@@ -1,3 +1,4 @@
+import functools
 import itertools
 import math
 
@@ -55,11 +56,6 @@ def friction_by_runge_kutta(model, friction, start, end, between):
     return total, friction
 
 
-def linear_between_the_ends(model, first, last, share):
-    direction = first + last
-    return (1.0 - share) * static_friction(model, first, direction) + share * static_friction(model, last, direction)
-
-
 def true_between_the_ends(model, first, last, share):
     return static_friction(model, first + share * (last - first), first + last)
 
@@ -70,15 +66,6 @@ def torque_by_runge_kutta(model, friction, start, end, between):
 
 
 PIECES = [(0.1, 0.13), (-0.2, -0.19), (0.02, -0.03), (-0.004, 0.05), (0.0, 0.02), (0.02, 0.0), (0.1, 0.1)]
-
-
-@pytest.mark.parametrize(("start", "end"), PIECES)
-@pytest.mark.parametrize("friction", [0.0, 70.0, -120.0])
-def test_mean_torque_is_the_integral_of_the_lagged_friction_with_and_without_reversal(start, end, friction):
-    expected = torque_by_runge_kutta(MODEL, friction, start, end, linear_between_the_ends)
-    torque, state = step_feedforward(MODEL, FeedforwardState(friction, 0.0, True), plan_inputs(start, end), PERIOD)
-    assert (torque, state.friction) == pytest.approx(expected, rel=1e-8)
-    assert state.reference == start
 
 
 @pytest.mark.parametrize(("start", "end"), PIECES)
@@ -250,17 +237,22 @@ def test_coulomb_friction_that_differs_by_direction_is_an_offset_of_the_model():
 
 @pytest.mark.parametrize(("start", "end"), PIECES)
 @pytest.mark.parametrize("friction", [0.0, 70.0, -120.0])
-def test_friction_that_differs_by_direction_is_lagged_as_a_whole(start, end, friction):
+@pytest.mark.parametrize(
+    ("model", "curve"), [(MODEL, functools.partial(static_friction, MODEL)), (UNEQUAL, unequal_friction)]
+)
+def test_mean_torque_is_the_integral_of_the_lagged_friction_with_and_without_reversal(
+    start, end, friction, model, curve
+):
     """Oracle: both directions and the load in one static curve, which the lag follows, integrated numerically."""
 
-    def between(model, first, last, share):
-        direction = first + last
-        return (1.0 - share) * unequal_friction(first, direction) + share * unequal_friction(last, direction)
+    def between(_, first, last, share):
+        return (1.0 - share) * curve(first, first + last) + share * curve(last, first + last)
 
     expected = torque_by_runge_kutta(MODEL, friction, start, end, between)
-    state = FeedforwardState(friction - UNEQUAL.offset, 0.0, True)
-    torque, state = step_feedforward(UNEQUAL, state, plan_inputs(start, end), PERIOD)
-    assert (torque, state.friction + UNEQUAL.offset) == pytest.approx(expected, rel=1e-8)
+    state = FeedforwardState(friction - model.offset, 0.0, True)
+    torque, state = step_feedforward(model, state, plan_inputs(start, end), PERIOD)
+    assert (torque, state.friction + model.offset) == pytest.approx(expected, rel=1e-8)
+    assert state.reference == start
 
 
 def test_the_offset_is_fed_forward_at_rest_as_well_and_at_once():
