@@ -110,12 +110,18 @@ def left_out_errors(blocks: Blocks) -> Array:
     return np.array(errors)
 
 
-def standard_errors(blocks: Blocks) -> Array:
-    """Return the standard errors that leaving out each block in turn tells (B. Efron 1982): those of repetition."""
+def bounded(names: tuple[str, ...], values: Array) -> Array:
+    """Return values of parameters; what cannot be negative is not."""
+    return np.where([name in NOT_NEGATIVE for name in names], np.maximum(values, 0.0), values)
+
+
+def spread(blocks: Blocks) -> Array:
+    """Return the covariance that leaving out each block in turn tells (B. Efron 1982): that of repetition."""
     gram, moment = blocks.clean.sum(axis=0), blocks.moment.sum(axis=0)
     pairs = zip(blocks.clean, blocks.moment, strict=True)
     each = np.array([solve(gram - own, moment - right, blocks.names, bounded=False) for own, right in pairs])
-    return np.asarray(np.sqrt((len(each) - 1) / len(each) * np.sum((each - each.mean(axis=0)) ** 2, axis=0)))
+    apart = each - each.mean(axis=0)
+    return np.asarray((len(each) - 1) / len(each) * apart.T @ apart)
 
 
 def quantile(blocks: int, confidence: float) -> float:

@@ -7,16 +7,16 @@ from typing import NamedTuple
 import numpy as np
 from scipy import optimize
 
-from adaptive_ff.identify.columns import DRY, GRAVITY, VISCOUS, Map, Shape, static_friction, unit_torques
+from adaptive_ff.identify.columns import DRY, GRAVITY, VISCOUS, Map, Shape, unit_torques
 from adaptive_ff.identify.motion import Array
 from adaptive_ff.identify.preparation import Prepared
 from adaptive_ff.identify.regression import (
-    NOT_NEGATIVE,
     Blocks,
+    bounded,
     left_out_errors,
     quantile,
     solve,
-    standard_errors,
+    spread,
     sums,
 )
 
@@ -180,16 +180,13 @@ def select(data: Data, terms: tuple[str, ...], confidence: float, *, weight: boo
         around = tried(data, model)
         if not around:
             break
-    others = [(one, left) for one, left in beside.values() if is_better(base_errors, left, DIFFERENT)]
-    if not taken:
-        return Selection(_fitted(data, base, base_errors, others, confidence), None, (), tolerance)
-    model = _polished(data, model)
-    rest = [(one, left) for one, left in around.values() if is_better(errors, left, DIFFERENT)]
-    refined = _fitted(data, model, errors, rest, confidence)
-    explained = data.columns(*model) @ data.fit(model).solve() - data.columns(*base) @ data.fit(base).solve()
-    rest_of = data._replace(prepared=data.prepared._replace(torque=data.prepared.torque - explained))
-    textbook = _fitted(data, base, base_errors, [*others, (model, errors)], confidence, rest_of)
-    return Selection(textbook, refined, tuple(taken), tolerance)
+    others = [_estimated(data, *one) for one in beside.values() if is_better(base_errors, one[1], DIFFERENT)]
+    models = [_estimated(data, base, base_errors), *others]
+    refined = None
+    if taken:
+        models.append(_estimated(data, _polished(data, model), errors))
+        refined = _refined(models[-1], confidence)
+    return Selection(_averaged(data, models, confidence), refined, tuple(taken), tolerance)
 
 
 COLLINEAR = 1e-3
@@ -233,51 +230,101 @@ def _polished(data: Data, model: Model) -> Model:
     return model
 
 
-def _fitted(
-    data: Data,
-    model: Model,
-    errors: Array,
-    others: list[tuple[Model, Array]],
-    confidence: float,
-    without: Data | None = None,
-) -> Fitted:
-    """Return a model with estimates and intervals.
+class _Estimated(NamedTuple):
+    """A model with its estimates, those of the logarithms of its shape's numbers after them, and their covariance.
 
-    To the spread over blocks come, as variances: what half a sample of the torque's time would change, as far as the
-    rows leave it open; what half of the band changes; and, on their side alone, the weighted moves to models that
-    validate better, each taken as uniform up to its size. ``without`` holds the torque without what refinements
-    explain, which is no noise.
+    ``narrowed`` is the variance by the choice of the band: what half of it changes, taken as uniform up to that.
     """
-    slopes = _slopes(data, model)
+
+    model: Model
+    errors: Array
+    slopes: tuple[str, ...]
+    values: Array
+    covariance: Array
+    narrowed: Array
+
+
+def _estimated(data: Data, model: Model, errors: Array) -> _Estimated:
+    """Return a model with its estimates and their covariance.
+
+    To the spread over blocks comes what half a sample of the torque's time would change, as far as the rows leave it
+    open.
+    """
+    slopes = _slopes(data, model, data.fit(model).solve())
     late = () if "torque_delay" in model.names else ("torque_delay",)
     columns = np.column_stack([data.columns((*model.names, *late), model.shape), *slopes.values()])
-    names, inner = (*model.names, *late, *slopes), (*model.names, *slopes)
-    blocks = data.sums(names, columns).of((*inner, *late))
-    values = blocks.of(model.names).solve()
-    if without is not None:
-        blocks = without.sums(names, columns).of((*inner, *late))
-    own, size = blocks.of(inner), len(model.names)
-    spread = standard_errors(own)
-    variance = spread[:size] ** 2 + _timing(data, blocks, own)[:size] + _narrowing(data, model)
-    wide = quantile(data.prepared.blocks, confidence)
-    result = dict(zip(model.names, values.tolist(), strict=True))
-    moved = _moves(data, model, result, errors, others)
-    below, above = (wide * np.sqrt(variance + [moved[name][side] / 3.0 for name in model.names]) for side in (0, 1))
-    lower = dict(zip(model.names, (values - below).tolist(), strict=True))
-    upper = dict(zip(model.names, (values + above).tolist(), strict=True))
-    lower |= {name: max(0.0, lower[name]) for name in NOT_NEGATIVE if name in lower}
-    for name, error in zip(slopes, wide * spread[size:], strict=True):
-        key = name.removeprefix(SLOPE)
+    inner = (*model.names, *slopes)
+    blocks = data.sums((*model.names, *late, *slopes), columns).of((*inner, *late))
+    own = blocks.of(inner)
+    bent = tuple(name.removeprefix(SLOPE) for name in slopes)
+    values = np.append(blocks.of(model.names).solve(), [math.log(getattr(model.shape, name)) for name in bent])
+    moved = np.zeros(values.size)
+    if data.narrower is not None:
+        narrow = data._replace(prepared=data.narrower).fit(model).solve()
+        moved[: narrow.size] = narrow - values[: narrow.size]
+    return _Estimated(model, errors, bent, values, spread(own) + _timing(data, blocks, own), moved**2 / 3.0)
+
+
+def _refined(one: _Estimated, confidence: float) -> Fitted:
+    """Return a model with the intervals of its estimates."""
+    names, size = one.model.names, len(one.model.names)
+    half = quantile(one.errors.size, confidence) * np.sqrt(np.diag(one.covariance) + one.narrowed)
+    found = _with_intervals(one, names, one.values[:size], half[:size])
+    for name, value, error in zip(one.slopes, np.exp(one.values[size:]), half[size:], strict=True):
         factor = math.exp(min(float(error), 20.0))
-        result[key] = getattr(model.shape, key)
-        lower[key], upper[key] = result[key] / factor, result[key] * factor
-    return Fitted(model, result, lower, upper, errors)
+        for ends, end in ((found.values, value), (found.lower, value / factor), (found.upper, value * factor)):
+            ends[name] = float(end)
+    return found
 
 
-def _slopes(data: Data, model: Model) -> dict[str, Array]:
+def _averaged(data: Data, models: list[_Estimated], confidence: float) -> Fitted:
+    """Return the textbook's model, the first, with its parameters averaged over models (J. Hoeting 1999).
+
+    Each model counts by how it validates. Coulomb and viscous friction and offset of a richer one are those of the line
+    through its friction without lag, path and delay.
+    """
+    best = min((one.errors for one in models), key=lambda errors: float(np.mean(errors)))
+    weights = np.array([_weight(one.errors, best) for one in models])
+    weights /= weights.sum()
+    names = models[0].model.names
+    maps = [_textbook_of(data, names, one) for one in models]
+    each = np.array(
+        [
+            bounded(names, own[:, : len(one.model.names)] @ one.values[: len(one.model.names)])
+            for own, one in zip(maps, models, strict=True)
+        ]
+    )
+    mean = weights @ each
+    within = np.array([np.diag(own @ one.covariance @ own.T) for own, one in zip(maps, models, strict=True)])
+    half = quantile(best.size, confidence) * np.sqrt(models[0].narrowed + weights @ (within + (each - mean) ** 2))
+    return _with_intervals(models[0], names, mean, half)
+
+
+def _with_intervals(one: _Estimated, names: tuple[str, ...], values: Array, half: Array) -> Fitted:
+    ends = (dict(zip(names, bounded(names, end).tolist(), strict=True)) for end in (values, values - half))
+    upper = dict(zip(names, (values + half).tolist(), strict=True))
+    return Fitted(one.model, *ends, upper, one.errors)
+
+
+def _textbook_of(data: Data, names: tuple[str, ...], one: _Estimated) -> Array:
+    """Return the matrix that makes the textbook's parameters of the estimates of a model."""
+    inner, shape = one.model
+    result = np.array([[float(own == name) for own in (*inner, *one.slopes)] for name in names])
+    apart = {"inertia", "torque_delay", *GRAVITY}
+    slow, line = ([place for place, name in enumerate(own) if name not in apart] for own in (inner, names))
+    if inner != names or shape != Shape():
+        static = Model(tuple(inner[place] for place in slow), shape._replace(friction_lag=0.0, path=0.0))
+        bends = _slopes(data, static, one.values[slow])
+        torques = np.column_stack([data.columns(*static), *bends.values()])
+        bent = [len(inner) + one.slopes.index(name.removeprefix(SLOPE)) for name in bends]
+        columns = data.columns(tuple(names[place] for place in line), Shape())
+        result[np.ix_(line, [*slow, *bent])] = np.linalg.lstsq(columns, torques)[0]
+    return result
+
+
+def _slopes(data: Data, model: Model, values: Array) -> dict[str, Array]:
     """Return the derivative of the torque by the logarithm of each number of the shape."""
     found = {}
-    values = data.fit(model).solve()
     for name, value in model.shape._asdict().items():
         if value:
             up, down = (
@@ -288,58 +335,18 @@ def _slopes(data: Data, model: Model) -> dict[str, Array]:
     return found
 
 
-def _narrowing(data: Data, model: Model) -> Array:
-    """Return the variance by the choice of the band: what half of it changes, taken as uniform up to that."""
-    if data.narrower is None:
-        return np.zeros(len(model.names))
-    wide, narrow = data.fit(model).solve(), data._replace(prepared=data.narrower).fit(model).solve()
-    return np.asarray((narrow - wide) ** 2 / 3.0)
-
-
 def _timing(data: Data, blocks: Blocks, own: Blocks) -> Array:
-    """Return the variance by the time of the torque, known to half a sample before the rows were seen."""
+    """Return the covariance by the time of the torque, known to half a sample before the rows were measured."""
     if data.prepared.delay_known or "torque_delay" in own.names:
-        return np.zeros(len(own.names))
+        return np.zeros((len(own.names), len(own.names)))
     prior = data.prepared.period**2 / 12.0
     free = blocks.solve(bounded=False)
-    delay, error = float(free[-1]), float(standard_errors(blocks)[-1])
+    delay, error = float(free[-1]), math.sqrt(spread(blocks)[-1, -1])
     certain = 1.0 / (1.0 / prior + 1.0 / max(error, 1e-12) ** 2)
     mean = min(abs(delay) * certain / max(error, 1e-12) ** 2, data.prepared.period)
     gram, cross = own.clean.sum(axis=0), blocks.gram.sum(axis=0)[: len(own.names), -1]
     alias = solve(gram, cross, own.names, bounded=False)
-    return np.asarray(alias**2 * (certain + mean**2))
-
-
-def line(data: Data, values: dict[str, float], shape: Shape) -> tuple[float, float]:
-    """Return Coulomb and viscous friction of the line through a friction curve, over the speeds of the rows."""
-    velocity = data.prepared.velocity
-    columns = np.column_stack([np.sign(velocity), velocity])
-    coulomb, viscous = np.linalg.lstsq(columns, static_friction(velocity, values, shape))[0]
-    return float(coulomb), float(viscous)
-
-
-def _moves(
-    data: Data, model: Model, values: dict[str, float], errors: Array, others: list[tuple[Model, Array]]
-) -> dict[str, tuple[float, float]]:
-    """Return how far better models move each parameter, squared: downwards and upwards, weighted by their errors."""
-    moved = {name: (0.0, 0.0) for name in model.names}
-    if not others:
-        return moved
-    best = min([errors, *(left for _, left in others)], key=lambda left: float(np.mean(left)))
-    own_line = line(data, values, model.shape)
-    total = _weight(errors, best)
-    sums_of = {name: [0.0, 0.0] for name in model.names}
-    for one, left in others:
-        weight = _weight(left, best)
-        total += weight
-        other = dict(zip(one.names, data.fit(one).solve().tolist(), strict=True))
-        other_line = line(data, other, one.shape)
-        apart = {name: other[name] - values[name] for name in model.names if name in other}
-        apart |= {"coulomb": other_line[0] - own_line[0], "viscous": other_line[1] - own_line[1]}
-        for name in model.names:
-            step = apart.get(name, 0.0)
-            sums_of[name][step > 0.0] += weight * step**2
-    return {name: (low / total, high / total) for name, (low, high) in sums_of.items()}
+    return np.asarray(np.outer(alias, alias) * (certain + mean**2))
 
 
 def _weight(errors: Array, best: Array) -> float:
