@@ -150,16 +150,6 @@ def test_a_weight_that_the_integral_has_taken_at_rest_is_not_given_twice(weights
     assert error_after_rests_under_a_load(adaptive, weights) < 0.8 * alone
 
 
-def test_takeover_is_refused_where_it_cannot_be():
-    for wrong in (math.nan, math.inf):
-        with pytest.raises(ValueError, match=r"^torque = "):
-            make().take_over(wrong, 0.0, 0.0)
-        with pytest.raises(ValueError, match=r"^velocity = "):
-            make().take_over(1.0, 0.0, wrong)
-    with pytest.raises(ValueError, match=r"^integral = 0"):
-        PI(100.0, 0.0, PERIOD).take_over(1.0, 0.0, 0.0)
-
-
 @pytest.mark.parametrize(
     ("given", "message"),
     [
@@ -250,11 +240,8 @@ def test_a_model_may_be_the_estimates_of_another_controller():
         ({"model": {"coulomb": 3.0}}, r"^model has no inertia"),
         ({"model": {"inertia": 20.0, "colomb": 3.0}}, r"^model.colomb is not known: it must be one of coulomb, "),
         ({"model": TRUE, "deviation": 0.0}, r"^deviation = 0.0 is not allowed"),
-        ({"deviation": -5.0}, r"^deviation = -5.0 is not allowed"),
         ({"model": TRUE, "deviation": {"inertia": math.nan}}, r"^deviation.inertia = nan is not allowed"),
         ({"model": TRUE, "deviation": {"mass": 1.0}}, r"^deviation.mass is not allowed: it must be one of inertia"),
-        ({"torque_limit": 0.0}, r"^torque_limit = 0.0 N m is not allowed"),
-        ({"torque_limit": math.nan}, r"^torque_limit = nan N m is not allowed"),
     ],
 )
 def test_what_cannot_be_is_refused_in_one_line(options, message):

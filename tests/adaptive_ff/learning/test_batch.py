@@ -5,11 +5,9 @@ import pytest
 from scipy import stats
 
 from adaptive_ff.friction.model import ESTIMATED, TorqueModel
-from adaptive_ff.learning import batch as batch_rows
 from adaptive_ff.learning.batch import identify_series, identify_torque_form, slides_one_way
 from adaptive_ff.learning.batch_least_squares import fit_least_squares
 from adaptive_ff.learning.series import COEFFICIENTS, series_coefficients
-from adaptive_ff.learning.torque_form import TorqueForm, initial_signals, settle_signals_in_place
 from plant import JointParameters, JointState, Stribeck, step_joint
 
 JOINT = TorqueModel(20.0, 60.0, 90.0, 80.0, 0.02, 0.05, 1.0)
@@ -286,23 +284,6 @@ def test_torque_form_uses_samples_only_a_hold_after_slow_motion(jittered_log):
     assert np.count_nonzero(used) > 0.5 * time.size
     open_gate = identify_torque_form(time, velocity, torque, **GIVEN, filter_pole=60.0, slowest=0.0, hold=0.0)
     assert np.array_equal(open_gate.used[1:], velocity[1:] != 0.0)
-
-
-def test_compiled_rows_are_those_of_the_plain_kernels(jittered_log):
-    time, velocity, torque = (array[:300] for array in jittered_log)
-    form, found = TorqueForm(60.0, 0.05, 1.0), []
-    for function in (batch_rows.torque_form_rows, batch_rows.torque_form_rows.py_func):
-        rows, outputs, used = np.zeros((300, 6)), np.zeros(300), np.zeros(300, dtype=bool)
-        signals = settle_signals_in_place(form, initial_signals(), 0.0)
-        function(form, signals, time, velocity, torque, (0.01, 0.05), rows, outputs, used)
-        found.append((rows, outputs, used))
-    assert found[0][0] == pytest.approx(found[1][0], rel=1e-12, abs=1e-12)
-    assert found[0][1] == pytest.approx(found[1][1], rel=1e-12)
-    assert np.array_equal(found[0][2], found[1][2])
-    rows = np.zeros((2, 300, 6))
-    for filled, function in zip(rows, (batch_rows.series_rows, batch_rows.series_rows.py_func), strict=True):
-        function(velocity, torque, 0.05, 1.0, filled)
-    assert rows[0] == pytest.approx(rows[1], rel=1e-12)
 
 
 @pytest.mark.parametrize(

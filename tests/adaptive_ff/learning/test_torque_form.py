@@ -14,7 +14,6 @@ from adaptive_ff.learning.torque_form import (
     FILTER_SHARE,
     FILTER_SPEED,
     FILTER_TORQUE,
-    FILTER_VELOCITY,
     TorqueForm,
     advance_signals_in_place,
     initial_signals,
@@ -99,19 +98,6 @@ def test_reversal_within_a_step_is_seen_where_it_happens(place):
     unsplit = impulse_response_integral(lambda t: np.interp(t, [0.0, duration], ends), duration, [])
     assert found == pytest.approx(exact, abs=1e-4)
     assert abs(unsplit - exact) > 1e-3
-
-
-def test_joint_that_has_moved_for_long_starts_settled():
-    signals = settle_signals_in_place(FORM, initial_signals(), -0.08)
-    before = signals.filters.copy()
-    signals = advance_signals_in_place(FORM, signals, 0.0, -0.08, 0.01)
-    assert signals.filters == pytest.approx(before, abs=1e-15)
-    assert before[FILTER_VELOCITY, 0] == -0.08
-    assert before[[FILTER_COULOMB, FILTER_ADHESION], 0] == pytest.approx(
-        [-(1.0 - math.exp(-1.6)), -math.exp(-1.6)], rel=1e-12
-    )
-    resting = settle_signals_in_place(FORM, initial_signals(8), 0.0)
-    assert not np.any(resting.filters)
 
 
 def test_columns_of_an_offset_and_of_directions_are_there_where_they_are_asked_for():
