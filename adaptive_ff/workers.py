@@ -36,7 +36,7 @@ def end_with_parent() -> None:
 
 
 def part_of_progress(
-    progress: Callable[[float], None] | None, part: float, parts: float
+    progress: Callable[[float], None] | None, begin: int, parts: int, size: int = 1
 ) -> Callable[[float], None] | None:
-    """Return what is called with the fraction done of one of some parts, for what is called with that of all."""
-    return None if progress is None else lambda done: progress((part + done) / parts)
+    """Return what is called with the fraction done of some of the parts, for what is called with that of all."""
+    return None if progress is None else lambda done: progress((begin + size * done) / parts)

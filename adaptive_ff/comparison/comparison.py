@@ -2,7 +2,7 @@
 
 import copy
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
@@ -20,6 +20,7 @@ from adaptive_ff.scenario.given import check_scenario
 from adaptive_ff.scenario.loop import TREMBLING
 from adaptive_ff.scenario.scenario import Scenario, load_scenario
 from adaptive_ff.simulation.experiment import build_setup
+from adaptive_ff.workers import part_of_progress
 
 ORACLE = "oracle"
 """What is fed the true friction."""
@@ -193,19 +194,22 @@ def compare(
     check_progress(progress)
     own = {} if own is None else own
     check_own_names(own, CONTROLLERS)
-    first, *further = (
-        _runs(scenario.modified(seed=scenario.seed + place) if place else scenario, copy.deepcopy(own), each, thin)
-        for place, each in enumerate(_parts(progress, seeds))
-    )
+    seeded = [scenario, *(scenario.modified(seed=scenario.seed + place) for place in range(1, seeds))]
+    first, *further = (_runs(one, copy.deepcopy(own), progress, thin, place, seeds) for place, one in enumerate(seeded))
     figures = {name: [run.figures(), *(one[name].figures() for one in further)] for name, run in first.items()}
     by_seed = {name: {key: [one[key] for one in listed] for key in listed[0]} for name, listed in figures.items()}
     return Comparison(scenario, first, by_seed if seeds > 1 else {})
 
 
 def _runs(
-    scenario: Scenario, own: Mapping[str, Own], progress: Callable[[str, float], None] | None, thin: int | None
+    scenario: Scenario,
+    own: Mapping[str, Own],
+    progress: Callable[[str, float], None] | None,
+    thin: int | None,
+    place: int,
+    seeds: int,
 ) -> dict[str, Run]:
-    """Run every controller of a scenario at its seed."""
+    """Run every controller of a scenario at its seed, which has a place among several."""
     names = dict.fromkeys([*scenario.controllers, *own])
     loops = {name: loop_of(scenario, name, own) for name in names}
     made = {name: make_controller(loop, name, own) for name, loop in loops.items()}
@@ -213,20 +217,6 @@ def _runs(
     compile_together(made.values(), setup)
     runs = {}
     for name, controller in made.items():
-        report = None if progress is None else _reporter(progress, name)
+        report = part_of_progress(None if progress is None else partial(progress, name), place, seeds)
         runs[name] = simulate(loops[name], controller, name=name, setup=setup, progress=report, thin=thin)
     return runs
-
-
-def _parts(progress: Callable[[str, float], None] | None, count: int) -> Iterator[Callable[[str, float], None] | None]:
-    """Yield what is called with the fraction done of each of several runs, for one that is called with that of all."""
-    for place in range(count):
-        yield None if progress is None else partial(_part, progress, place, count)
-
-
-def _part(progress: Callable[[str, float], None], place: int, count: int, name: str, done: float) -> None:
-    progress(name, (place + done) / count)
-
-
-def _reporter(progress: Callable[[str, float], None], name: str) -> Callable[[float], None]:
-    return lambda done: progress(name, done)

@@ -44,11 +44,6 @@ SPEEDS = 500
 """Number of speeds that the Coulomb-viscous form is fitted at, evenly spread over the time of the motion."""
 
 
-def with_friction(model: TorqueModel, scale: float) -> TorqueModel:
-    """Return a model with its friction times a factor."""
-    return model._replace(coulomb=scale * model.coulomb, stiction=scale * model.stiction, viscous=scale * model.viscous)
-
-
 def coulomb_form(model: TorqueModel, reference: NDArray[np.float64]) -> TorqueModel:
     """Return the Coulomb-viscous form of a model that is best along a reference (rad/s)."""
     moving = np.abs(reference[reference != 0.0])
@@ -85,7 +80,9 @@ FORMS: dict[str, Callable[[TorqueModel, NDArray[np.float64]], TorqueModel]] = {
 
 SOURCES: dict[str, Callable[[Scenario, TorqueModel], TorqueModel]] = {
     "nominal": nominal_source,
-    "stale": lambda scenario, truth: with_friction(truth, STALE),
+    "stale": lambda scenario, truth: truth._replace(
+        **{name: STALE * getattr(truth, name) for name in ("coulomb", "stiction", "viscous")}
+    ),
     "true": lambda scenario, truth: truth,
     "batch": lambda scenario, truth: identify_joint(scenario),
 }

@@ -51,11 +51,6 @@ def make_oracle(scenario: Scenario, added: float = 0.0) -> ModelBased:
     )
 
 
-def make_oracle_tuned(scenario: Scenario) -> ModelBased:
-    """Make the oracle with the lag that suits the sampled loop of the scenario, found on other seeds."""
-    return make_oracle(scenario, suitable_lag(scenario))
-
-
 def suitable_lag(scenario: Scenario) -> float:
     """Return what added to the true friction lag (s) leaves the least settled error on ``TUNING_SEEDS``."""
     return _suitable_lag(scenario.modified(seed=0).model_dump_json(exclude_unset=True))

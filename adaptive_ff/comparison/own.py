@@ -98,6 +98,10 @@ Own = OwnController | Callable[..., Any] | str
 GIVEN = tuple(name for name in Inputs._fields if name not in ("reference", "velocity"))
 """Arguments that a step may take, by name, beside reference and velocity."""
 
+PLANNED = ("reference", "next_reference", "acting_reference", "next_acting_reference")
+OPTIONAL = frozenset({"position", "realised_torque", "inertia", "acting_reference", "next_acting_reference"})
+"""What is a planned velocity, and what is None where it is not known."""
+
 
 class Foreign(NamedTuple):
     """A user's own controller, as parameters of the loop in plain Python."""
@@ -132,27 +136,11 @@ def own_controller(controller: Any) -> Foreign:
 
 def step_own(parameters: Foreign, inputs: Inputs) -> Output:
     """Do one sample of a user's controller; the inputs are Python's numbers, not numpy's."""
-    reference, following = inputs.reference, inputs.next_reference
-    acting, next_acting = inputs.acting_reference, inputs.next_acting_reference
-    if (
-        "correction" not in parameters.accepted
-    ):  # one velocity is all it can follow: that of plan and outer loop together
-        reference, following = reference + inputs.correction, following + inputs.correction
-        acting, next_acting = acting + inputs.correction, next_acting + inputs.correction
-    others = {
-        "next_reference": following,
-        "correction": inputs.correction,
-        "position": _known(inputs.position),
-        "realised_torque": _known(inputs.realised_torque),
-        "feedforward": inputs.feedforward,
-        "inertia": _known(inputs.inertia),
-        "dt": inputs.dt,
-        "acting_reference": _known(acting),
-        "next_acting_reference": _known(next_acting),
-    }
-    if len(parameters.accepted) < len(others):
-        others = {name: value for name, value in others.items() if name in parameters.accepted}
-    torque = parameters.controller.step(reference, inputs.velocity, **others)
+    if "correction" not in parameters.accepted:  # all it can follow is plan and outer loop together
+        inputs = inputs._replace(**{name: getattr(inputs, name) + inputs.correction for name in PLANNED})
+    others = {name: getattr(inputs, name) for name in parameters.accepted}
+    others = {name: None if name in OPTIONAL and not math.isfinite(value) else value for name, value in others.items()}
+    torque = parameters.controller.step(inputs.reference, inputs.velocity, **others)
     value = _number(torque)
     if not math.isfinite(value):
         raise InputError(f"{_name(parameters)} returned a torque of {torque!r}; it must be a finite number")
@@ -171,10 +159,6 @@ def write_own_estimates(parameters: Foreign, row: NDArray[Any]) -> None:
 
 def _name(parameters: Foreign) -> str:
     return f"the own controller {type(parameters.controller).__name__}"
-
-
-def _known(value: float) -> float | None:
-    return value if math.isfinite(value) else None
 
 
 def _number(value: Any) -> float:

@@ -6,11 +6,14 @@ noise, sampling, delay and spring. No controller of friction can be expected to 
 what friction damps.
 """
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
 from adaptive_ff.comparison.oracle import make_oracle
+from adaptive_ff.comparison.own import Own
+from adaptive_ff.comparison.registry import make_controller
 from adaptive_ff.comparison.run import Run, simulate
 from adaptive_ff.scenario.scenario import Scenario
 from adaptive_ff.simulation.experiment import RunSetup, build_setup
@@ -52,3 +55,13 @@ def noise_floor(scenario: Scenario, setup: RunSetup | None = None, *, noisy: boo
     if not noisy:
         built = built._replace(noise=np.zeros_like(built.noise), resolution=min(built.resolution, FINE))
     return simulate(plain, make_oracle(plain), name=NOISE_FLOOR, setup=built)
+
+
+def run_by_name(
+    scenario: Scenario, name: str, setup: RunSetup, own: Mapping[str, Own] | None = None, thin: int | None = None
+) -> Run:
+    """Run a controller, own ones and the noise floor included, over a set-up of the scenario."""
+    if name == NOISE_FLOOR:
+        return noise_floor(scenario, setup)
+    made = make_controller(scenario, name, own)
+    return simulate(scenario, made, name=name, setup=setup, uncertain=False, thin=thin)

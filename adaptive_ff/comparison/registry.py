@@ -33,7 +33,7 @@ from adaptive_ff.comparison.fixed_models import (
     response_time,
 )
 from adaptive_ff.comparison.observer_bandwidth import observer_bandwidth
-from adaptive_ff.comparison.oracle import make_oracle, make_oracle_tuned
+from adaptive_ff.comparison.oracle import make_oracle, suitable_lag
 from adaptive_ff.comparison.own import Own, make_own
 from adaptive_ff.comparison.own_bandwidth import in_own_loop, plain_pi
 from adaptive_ff.errors import InputError
@@ -112,7 +112,7 @@ def pi_inertia(scenario: Scenario) -> dict[str, Any]:
 
 made_of(ModelBased, "fixed")(lambda scenario: {"model": scenario.fixed.model})
 CONTROLLERS["oracle"] = make_oracle
-CONTROLLERS["oracle_tuned"] = make_oracle_tuned
+CONTROLLERS["oracle_tuned"] = lambda scenario: make_oracle(scenario, suitable_lag(scenario))
 
 
 @made_of(DisturbanceObserver)

@@ -185,7 +185,7 @@ def gains_table(cells: Cells, title: str) -> Table:
         rows.append([group])
         for scenario in members:
             row = cells[scenario]
-            gains = [float(np.median(row[name].gain)) if name in row else "failed" for name in names]
+            gains = [row[name].median_gain if name in row else "failed" for name in names]
             rows.append([f"  {scenario}", row[BASELINE].median, *gains])
     columns: Columns = {"scenario": None, "pi": ("rad/s", 3), **dict.fromkeys(names, ("", 3))}
     return table(title, rows, columns)
@@ -198,7 +198,7 @@ def groups_table(cells: Cells, title: str) -> Table:
     for group, members in grouped(cells).items():
         part = {one: cells[one] for one in members}
         means: list[Cell] = [gain if math.isfinite(gain := mean_gain(part, name)) else "failed" for name in names]
-        ours = {one: float(np.median(cells[one][OURS].gain)) for one in members if OURS in cells[one]}
+        ours = {one: cells[one][OURS].median_gain for one in members if OURS in cells[one]}
         worst = min(ours, key=lambda one: ours[one]) if ours else ""
         rows.append([group, len(members), *means, f"{worst} {ours[worst]:.3g}" if ours else ""])
     columns: Columns = {"scenarios": None, "count": ("", 3), **dict.fromkeys(names, ("", 3)), f"worst of {OURS}": None}
@@ -223,10 +223,21 @@ def ranking_table(cells: Cells, title: str) -> Table:
             floor = row[NOISE_FLOOR].median if NOISE_FLOOR in row else None
             gains: list[Cell] = ["failed", None, None]
             if ours is not None:
-                gains = [float(np.median(ours.gain)), float(ours.gain.min()), float(ours.gain.max())]
+                gains = [ours.median_gain, float(ours.gain.min()), float(ours.gain.max())]
             limits = [_over(row, line) for line in (TUNED_TRUTH, NOISE_FLOOR)]
-            gain = float(np.median(row[other].gain))
-            rows.append([f"  {scenario}", row[BASELINE].median, floor, *gains, *limits, other, gain, word, ratio])
+            rows.append(
+                [
+                    f"  {scenario}",
+                    row[BASELINE].median,
+                    floor,
+                    *gains,
+                    *limits,
+                    other,
+                    row[other].median_gain,
+                    word,
+                    ratio,
+                ]
+            )
     return table(title, rows, columns)
 
 

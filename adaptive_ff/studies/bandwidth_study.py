@@ -28,6 +28,7 @@ from adaptive_ff.scenario.loop import LOAD_FRACTION, LoopAtBandwidth, loop_at, t
 from adaptive_ff.scenario.scenario import Scenario
 from adaptive_ff.simulation.experiment import build_setup
 from adaptive_ff.studies.study import Found, run_study
+from adaptive_ff.workers import part_of_progress
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -166,14 +167,14 @@ def study_bandwidths(
             f"{loops[-1].integral:.4g} {unit}"
         )
     trials = {f"{bandwidth}, {seed}": (bandwidth, seed) for bandwidth in tried for seed in tuning_seeds}
-    fraction = len(trials) / (len(trials) + len(reported_seeds))
+    runs = len(trials) + len(reported_seeds)
     found = run_study(
         partial(_trial, scenario, load),
         trials,
         names,
         workers=workers,
         threads=True,
-        progress=None if progress is None else lambda done: progress(fraction * done),
+        progress=part_of_progress(progress, 0, runs, len(trials)),
     )
     errors = {name: np.reshape([one[name] for one in found.values()], (len(tried), seeds, 2)) for name in names}
     own: dict[str, OwnBandwidth] = {}
@@ -185,7 +186,7 @@ def study_bandwidths(
         names,
         workers=workers,
         threads=True,
-        progress=None if progress is None else lambda done: progress(fraction + (1.0 - fraction) * done),
+        progress=part_of_progress(progress, len(trials), runs, len(reported_seeds)),
     )
     medians = {name: np.median([one[name] for one in reported.values()], axis=0).tolist() for name in names}
     own_errors = {name: Errors(*pair[0]) for name, pair in medians.items()}

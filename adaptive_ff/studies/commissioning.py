@@ -17,7 +17,7 @@ from adaptive_ff.errors import InputError
 from adaptive_ff.identify.result import LogIdentification
 from adaptive_ff.identify.scenario_text import scenario_text
 from adaptive_ff.scenario.scenario import Scenario
-from adaptive_ff.studies.bandwidth_study import BandwidthStudy, study_bandwidths
+from adaptive_ff.studies.bandwidth_study import REPORTED_SEEDS, BandwidthStudy, study_bandwidths
 from adaptive_ff.studies.exciting_motion import exciting_motion, with_motion
 from adaptive_ff.studies.information import Array
 from adaptive_ff.studies.motion import Excitation, MotionLimits
@@ -27,9 +27,6 @@ PERIODS = 6
 
 RECORDED_SEED = 100
 """Seed of the noise of the recording: neither one that is tuned on nor one that is reported."""
-
-REPORTED_SEEDS = tuple(range(1, 6))
-"""Seeds of the errors that are reported."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,6 +12,7 @@ differs, most for the lag; so the search is repeated with each interval measured
 
 import math
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -250,7 +251,7 @@ def _from_start(
         motion = search.motion(direction, measure)
         if trial is not None:
             expected = np.array([motion.sizes[name] for name in NAMES])
-            motion = motion.with_sizes(trial(motion))
+            motion = replace(motion, sizes=trial(motion))
             calibrated = _calibrated(calibrated, measure, expected, motion)
         tried.append(motion)
     return dict.fromkeys(names, min(tried, key=lambda one: one.widest))
@@ -277,7 +278,7 @@ def polished(
     for i in range(trials):
         step = generator.standard_normal(direction.size) * length / math.sqrt(direction.size)
         near = search.motion(direction + step, np.ones(len(NAMES)))
-        near = near.with_sizes(trial(near))
+        near = replace(near, sizes=trial(near))
         better = near.widest < best.widest
         if better:
             best, direction = near, search.direction(near)

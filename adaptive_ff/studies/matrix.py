@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 
 from adaptive_ff.comparison.comparison import BASELINE
 from adaptive_ff.comparison.own import Own, can_be_sent, check_own_names, own_mark
-from adaptive_ff.comparison.reference_lines import NOISE_FLOOR, noise_floor
-from adaptive_ff.comparison.registry import CONTROLLERS, make_controller
-from adaptive_ff.comparison.run import Run, simulate
+from adaptive_ff.comparison.reference_lines import NOISE_FLOOR, run_by_name
+from adaptive_ff.comparison.registry import CONTROLLERS
+from adaptive_ff.comparison.run import Run
 from adaptive_ff.scenario.library import SCENARIOS
 from adaptive_ff.scenario.loop import TREMBLING
 from adaptive_ff.scenario.scenario import Scenario, load_scenario
@@ -109,18 +109,12 @@ def run_job(own: Mapping[str, Own], job: Job, controllers: list[str]) -> dict[st
     """
     scenario = cell_scenario(*job)
     setup = build_setup(scenario)
-    pi = simulate(scenario, BASELINE, setup=setup, uncertain=False)
+    pi = run_by_name(scenario, BASELINE, setup)
     base = windows(pi)
     found: dict[str, Figures] = {}
     for controller in controllers:
         try:
-            if controller == NOISE_FLOOR:
-                run = noise_floor(scenario, setup)
-            elif controller == BASELINE:
-                run = pi
-            else:
-                made = make_controller(scenario, controller, own)
-                run = simulate(scenario, made, name=controller, setup=setup, uncertain=False)
+            run = pi if controller == BASELINE else run_by_name(scenario, controller, setup, own)
         except ArithmeticError:
             found[controller] = {}
         except ValueError:

@@ -1,7 +1,7 @@
 """A motion for identification, and the limits that it keeps."""
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -45,10 +45,6 @@ class Excitation:
             "largest": self.largest,
             "intervals_over_multisine": sizes,
         }
-
-    def with_sizes(self, sizes: dict[str, float]) -> "Excitation":
-        """Return the motion with sizes of its intervals that were found in another way."""
-        return replace(self, sizes=sizes)
 
     def columns(self, step: float) -> dict[str, Array]:
         """Return time, position, velocity and acceleration of one period on a grid of a step (s)."""

@@ -74,6 +74,11 @@ class Cell:
         """Median error, rad/s."""
         return float(np.median(self.error))
 
+    @property
+    def median_gain(self) -> float:
+        """Median improvement over PI."""
+        return float(np.median(self.gain))
+
 
 Cells = dict[str, dict[str, Cell]]
 """Cells by scenario and controller; a controller that failed on a seed has none."""
@@ -98,7 +103,7 @@ def collect(results: Results, figure: str = "rms_error_settled") -> Cells:
 def best_other(row: dict[str, Cell]) -> str:
     """Return the one of the others with the largest median improvement over PI; PI where there is none."""
     others = {name: cell for name, cell in row.items() if name != OURS and name not in KNOW_THE_TRUTH}
-    return max(others, key=lambda name: float(np.median(others[name].gain)))
+    return max(others, key=lambda name: others[name].median_gain)
 
 
 def outcome(row: dict[str, Cell]) -> tuple[str, float]:
@@ -111,7 +116,7 @@ def outcome(row: dict[str, Cell]) -> tuple[str, float]:
 
 def mean_gain(cells: Cells, name: str) -> float:
     """Return the geometric mean over scenarios of the improvement over PI; not a number where it failed on one."""
-    gains = [float(np.median(row[name].gain)) if name in row else np.nan for row in cells.values()]
+    gains = [row[name].median_gain if name in row else np.nan for row in cells.values()]
     return float(np.exp(np.mean(np.log(gains))))
 
 
@@ -120,7 +125,7 @@ def verdict(cells: Cells) -> dict[str, Any]:
     names = dict.fromkeys(name for row in cells.values() for name in row if name not in KNOW_THE_TRUTH)
     means = {name: mean_gain(cells, name) for name in names}
     best = max(means, key=lambda name: np.nan_to_num(means[name]))
-    gains = {scenario: float(np.median(row[best].gain)) for scenario, row in cells.items() if best in row}
+    gains = {scenario: row[best].median_gain for scenario, row in cells.items() if best in row}
     worst = min(gains, key=lambda scenario: gains[scenario])
     return {
         "best": best,

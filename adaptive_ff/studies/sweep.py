@@ -4,7 +4,7 @@ import hashlib
 import math
 import re
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import Executor
 from contextlib import suppress
 from dataclasses import asdict, dataclass
@@ -15,10 +15,10 @@ from typing import Any
 
 import numpy as np
 
-from adaptive_ff.comparison.own import Own, can_be_sent, check_own_names, make_own, own_mark
+from adaptive_ff.comparison.own import Own, can_be_sent, check_own_names, own_mark
+from adaptive_ff.comparison.reference_lines import run_by_name
 from adaptive_ff.comparison.registry import CONTROLLERS as REGISTERED
 from adaptive_ff.comparison.registry import loop_of
-from adaptive_ff.comparison.run import simulate
 from adaptive_ff.errors import InputError
 from adaptive_ff.scenario.given import check_scenario
 from adaptive_ff.scenario.scenario import Scenario
@@ -55,8 +55,7 @@ def run_draw(scenario: Scenario, seed: int, own: Mapping[str, Own], draw: int, c
     found: Found = {"": {"fall": fall_over_gain(drawn)}, **dict.fromkeys(controllers)}
     for name in controllers:
         with suppress(*(() if name in CONTROLLERS else (ArithmeticError,))):
-            made = make_own(name, own[name], drawn) if name in own else name
-            found[name] = asdict(simulate(drawn, made, name=name, setup=setup, uncertain=False).metrics)
+            found[name] = asdict(run_by_name(drawn, name, setup, own).metrics)
     return found
 
 
@@ -121,26 +120,30 @@ def refusals(outcomes: Sequence[Outcome]) -> dict[str, int]:
 
 
 QUANTITIES = {
-    "improvement": "settled: pi / adaptive",
-    "share_of_oracle": "settled: oracle / adaptive",
-    "whole_run": "whole run: adaptive / pi",
-    "start": "first 5 s: adaptive / pi",
-    "torque_variation": "sum |du|: adaptive / oracle",
+    "improvement": ("rms_error_settled", "pi", "adaptive"),
+    "share_of_oracle": ("rms_error_settled", "oracle", "adaptive"),
+    "whole_run": ("rms_error", "adaptive", "pi"),
+    "start": ("rms_error_start", "adaptive", "pi"),
+    "torque_variation": ("torque_variation", "adaptive", "oracle"),
 }
-"""What a sweep reports, with a name for people."""
+"""What a sweep reports of each joint: a figure of one controller over that of another."""
 
 QUANTILES = (0.0, 0.005, 0.05, 0.5, 0.95, 0.995, 1.0)
 
 
-def quantities(outcome: Outcome) -> dict[str, float]:
-    """Return what a sweep reports of one joint."""
+def quantities(outcome: Outcome, controller: str = "adaptive", names: Iterable[str] = QUANTITIES) -> dict[str, float]:
+    """Return what a sweep reports of one joint, of a controller in the place of ``adaptive``."""
+    chosen = {name: QUANTITIES[name] for name in names}
     return {
-        "improvement": outcome.ratio("rms_error_settled", "pi", "adaptive"),
-        "share_of_oracle": outcome.ratio("rms_error_settled", "oracle", "adaptive"),
-        "whole_run": outcome.ratio("rms_error", "adaptive", "pi"),
-        "start": outcome.ratio("rms_error_start", "adaptive", "pi"),
-        "torque_variation": outcome.ratio("torque_variation", "adaptive", "oracle"),
+        name: outcome.ratio(figure, *(controller if one == "adaptive" else one for one in pair))
+        for name, (figure, *pair) in chosen.items()
     }
+
+
+def _quantiles(values: Sequence[dict[str, float]]) -> dict[str, dict[str, float]]:
+    """Return quantiles of what is reported of several joints; empty without any."""
+    found = {name: np.quantile([one[name] for one in values], QUANTILES).tolist() for name in (values or [{}])[0]}
+    return {name: dict(zip(map(str, QUANTILES), levels, strict=True)) for name, levels in found.items()}
 
 
 def _classes(run: list[Outcome], values: dict[int, dict[str, float]]) -> dict[str, dict[str, float]]:
@@ -164,34 +167,21 @@ def _classes(run: list[Outcome], values: dict[int, dict[str, float]]) -> dict[st
 def own_summary(run: list[Outcome], name: str) -> dict[str, Any]:
     """Return how an own controller fared: joints on which it did not stay finite, and quantiles of its figures."""
     ran = [outcome for outcome in run if name in outcome.metrics]
-    ratios = {
-        "improvement": [outcome.ratio("rms_error_settled", "pi", name) for outcome in ran],
-        "whole_run": [outcome.ratio("rms_error", name, "pi") for outcome in ran],
-    }
-    found: dict[str, Any] = {"failed": len(run) - len(ran)}
-    if ran:
-        for key, values in ratios.items():
-            found[key] = dict(zip(map(str, QUANTILES), np.quantile(values, QUANTILES).tolist(), strict=True))
-    return found
+    values = [quantities(outcome, name, ("improvement", "whole_run")) for outcome in ran]
+    return {"failed": len(run) - len(ran), **_quantiles(values)}
 
 
 def summary(outcomes: list[Outcome], seed: int, worst: int = 3) -> dict[str, Any]:
     """Return the result of a sweep as ``--json`` writes it, with some worst cases by whole-run error against ``pi``."""
     run = [outcome for outcome in outcomes if not outcome.refused]
     values = {outcome.draw: quantities(outcome) for outcome in run}
-    quantiles = {
-        name: dict(
-            zip(map(str, QUANTILES), np.quantile([v[name] for v in values.values()], QUANTILES).tolist(), strict=True)
-        )
-        for name in (QUANTITIES if values else ())
-    }
     own = dict.fromkeys(name for outcome in run for name in outcome.metrics if name not in CONTROLLERS)
     ranked = sorted(run, key=lambda outcome: -values[outcome.draw]["whole_run"])
     return {
         "seed": seed,
         "draws": len(outcomes),
         "refused": len(outcomes) - len(run),
-        "quantiles": quantiles,
+        "quantiles": _quantiles(list(values.values())),
         "own": {name: own_summary(run, name) for name in own},
         "classes": _classes(run, values),
         "pi_hunts": sum(outcome.fall > HUNTING for outcome in run),

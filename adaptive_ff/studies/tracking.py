@@ -7,9 +7,8 @@ import numpy as np
 
 from adaptive_ff.comparison.comparison import BASELINE
 from adaptive_ff.comparison.own import Own
-from adaptive_ff.comparison.reference_lines import NOISE_FLOOR, noise_floor
-from adaptive_ff.comparison.registry import make_controller
-from adaptive_ff.comparison.run import Run, simulate
+from adaptive_ff.comparison.reference_lines import run_by_name
+from adaptive_ff.comparison.run import Run
 from adaptive_ff.scenario.scenario import Scenario
 from adaptive_ff.simulation.experiment import RunSetup, build_setup
 from adaptive_ff.simulation.metrics import standstill_range
@@ -76,13 +75,7 @@ def _pooled(
     scenario: Scenario, name: str, setups: list[RunSetup], own: Mapping[str, Own] | None
 ) -> tuple[TrackingErrors, float, float | None]:
     """Return the errors over all draws, and torque variation (N m) and range at standstill (rad/s) of the first."""
-    runs = []
-    for setup in setups:
-        if name == NOISE_FLOOR:
-            runs.append(noise_floor(scenario, setup))
-        else:
-            made = make_controller(scenario, name, own)
-            runs.append(simulate(scenario, made, name=name, setup=setup, uncertain=False, thin=1))
+    runs = [run_by_name(scenario, name, setup, own, thin=1) for setup in setups]
     first = runs[0]
     rest = standstill_range(first.solver_time, first.reference, first.velocity)
     return pooled(map(run_errors, runs)), first.metrics.torque_variation, rest
