@@ -134,7 +134,7 @@ def compare_command(
         warn(comparison.cautions())
         title, details = f"Controllers on {source}, seed {loaded.seed}", {"Scenario": to_toml(loaded)}
         results.write_series(comparison)
-        result = {**comparison.to_dict(), "verdict": found.to_dict()}
+        result = {**comparison.to_dict(), "verdict": vars(found)}
         results.write("result.json", result, shown, comparison.plot(None), title=title, details=details)
         results.shown.append(f"Plots, time series and result.json are in {output.out}")
         results.left_behind(PICTURES, [f"{name}.csv" for name in CONTROLLERS])

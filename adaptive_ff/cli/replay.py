@@ -1,39 +1,17 @@
 """Command ``adaptive-ff replay``."""
 
-from dataclasses import dataclass, make_dataclass
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
 from adaptive_ff.cli.columns import chosen_columns
 from adaptive_ff.cli.options import Linear, LogFile, MeasuredColumns, TorqueDelay, ViewerOutput
 from adaptive_ff.cli.output import bars, staged_results, warn_of_skips
-from adaptive_ff.errors import InputError
 
 BAND = 20.0
 """Default of ``--band``; that of ``replay_log``, which the tests compare."""
-
-REPLACED = {
-    "reference_velocity": "columns run along the measured motion; leave it out",
-    "reference_position": "columns run along the measured motion; leave it out",
-    "loop_bandwidth": "--band is that of the response as well",
-    "rest_speed": "standstill is known from the noise of the motion",
-    "start_path": "standstill is known from the noise of the motion",
-    "velocity_cutoff": "--band is that of the motion as well",
-    "velocity_lag": "the motion is filtered without delay",
-    "motion_lead": "columns run along the measured motion, which leads nothing",
-}
-"""Options of former versions, and what stands in their place."""
-
-Former: Any = make_dataclass(
-    "Former",
-    [
-        (name, Annotated[str | None, typer.Option(f"--{name.replace('_', '-')}", hidden=True)], None)
-        for name in REPLACED
-    ],
-)
-"""Options that are taken only to say what replaces them."""
 
 
 @dataclass
@@ -66,7 +44,6 @@ def replay_command(
     state: Annotated[Path | None, typer.Option(help="State to start from, as --save-state wrote it.")] = None,
     save_state: Annotated[Path | None, typer.Option(help="Write the state at the end there.")] = None,
     output: ViewerOutput = ViewerOutput(),  # noqa: B008
-    former: Former = Former(),  # noqa: B008
 ) -> None:
     """Replay a recorded log, and show which torque adaptive feedforward would have left to the feedback."""
     from adaptive_ff.replay.learning import learn_in_place
@@ -74,9 +51,6 @@ def replay_command(
     from adaptive_ff.report.tables import left_table
     from adaptive_ff.report.verdicts import replay_lines
 
-    for name, instead in REPLACED.items():
-        if getattr(former, name) is not None:
-            raise InputError(f"--{name.replace('_', '-')} is no longer taken: {instead}")
     extra = {} if feedforward is None else {FEEDFORWARD: feedforward}
     taken = chosen_columns(log, columns, linear=learning.linear, further=extra)
     given = taken.read(log, extra)

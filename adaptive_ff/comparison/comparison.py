@@ -16,9 +16,8 @@ from adaptive_ff.errors import checked_path
 from adaptive_ff.files import write_result
 from adaptive_ff.reported import Reported
 from adaptive_ff.scenario.axis_units import axis_unit
-from adaptive_ff.scenario.given import check_scenario
 from adaptive_ff.scenario.loop import TREMBLING
-from adaptive_ff.scenario.scenario import Scenario, load_scenario
+from adaptive_ff.scenario.scenario import Scenario, check_scenario, load_scenario
 from adaptive_ff.simulation.experiment import build_setup
 from adaptive_ff.workers import part_of_progress
 

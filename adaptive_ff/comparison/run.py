@@ -16,8 +16,7 @@ from adaptive_ff.comparison.registry import loop_of, make_controller
 from adaptive_ff.comparison.running import Driven, check_progress, drive_and_evaluate
 from adaptive_ff.errors import InputError, check_kind
 from adaptive_ff.reported import Reported
-from adaptive_ff.scenario.given import check_scenario
-from adaptive_ff.scenario.scenario import Scenario
+from adaptive_ff.scenario.scenario import Scenario, check_scenario
 from adaptive_ff.simulation.experiment import RunSetup, build_setup
 from adaptive_ff.simulation.metrics import Metrics, PositionMetrics
 from controllers import Controller

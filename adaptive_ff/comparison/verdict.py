@@ -6,8 +6,7 @@ is the limit; torque at its limit goes before all.
 """
 
 import math
-from dataclasses import asdict, dataclass
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -48,10 +47,6 @@ class Verdict:
     identified: tuple[str, ...]
     # standard deviation of the latter over the estimate, at the end of the run; None of an estimate that is zero
     deviations: dict[str, float | None]
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return it as JSON holds it."""
-        return asdict(self)
 
 
 def verdict(comparison: Comparison) -> Verdict:

@@ -9,15 +9,21 @@ from pydantic import Field, field_validator, model_validator
 from pydantic_core import PydanticCustomError
 
 from adaptive_ff.errors import InputError
-from adaptive_ff.scenario.fourier import Fourier
 from adaptive_ff.scenario.plausibility import default_peak
 from adaptive_ff.scenario.point_to_point import PointToPoint
-from adaptive_ff.scenario.position import PositionControl
 from adaptive_ff.scenario.reference import SHORTEST, Motion, Multisine, Recorded
-from adaptive_ff.scenario.series import size_and_lost_fraction
-from adaptive_ff.scenario.shared_series import SharedSeries
-from adaptive_ff.scenario.tables import STRICT, Adaptation, Feedback, FixedModel, Sampling, Sweep, VelocityEstimate
-from adaptive_ff.scenario.waves import Staircase, Triangle
+from adaptive_ff.scenario.series import SharedSeries, size_and_lost_fraction
+from adaptive_ff.scenario.tables import (
+    STRICT,
+    Adaptation,
+    Feedback,
+    FixedModel,
+    PositionControl,
+    Sampling,
+    Sweep,
+    VelocityEstimate,
+)
+from adaptive_ff.scenario.waves import Fourier, Staircase, Triangle
 from controllers import PositionLoopParameters, direct_velocity
 from controllers.arrays import NDArray
 from plant import Actuator, AnyJoint, FrictionChange, FrictionSchedule, FrictionVariation, Sensor, schedule

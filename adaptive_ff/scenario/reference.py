@@ -12,8 +12,7 @@ from scipy.interpolate import CubicSpline, PchipInterpolator
 
 from adaptive_ff.errors import InputError
 from adaptive_ff.logs.text_tables import read_complete_table
-from adaptive_ff.scenario.series import chunks, largest_size
-from adaptive_ff.scenario.sines import sum_of_sines
+from adaptive_ff.scenario.series import chunks, largest_size, sum_of_sines
 from plant.fields import Finite, NonNegative, Positive, Table
 
 SHORTEST = 60.0

@@ -175,3 +175,9 @@ def load_scenario(path: str | Path | None = None, reference: str | Path | None =
     if reference is None:
         return parse_scenario(content, name, file.parent)
     return parse_scenario({**content, "reference": {"kind": "csv", "path": str(reference)}}, name)
+
+
+def check_scenario(scenario: Any) -> None:
+    """Raise a TypeError for what is no scenario, such as the path of one."""
+    rule = "a Scenario: load_scenario(path) reads a file, parse_scenario(tables, name) takes tables"
+    check_kind("scenario", scenario, Scenario, rule)

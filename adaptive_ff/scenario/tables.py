@@ -1,6 +1,7 @@
 """The tables of a scenario file beside the simulated joint: sampling, what controllers assume, draws."""
 
 import math
+from collections.abc import Callable
 from typing import Annotated, Any, Literal, Self
 
 import numpy as np
@@ -19,6 +20,8 @@ from pydantic_core import PydanticCustomError
 from adaptive_ff.errors import InputError
 from adaptive_ff.friction.model import IDENTIFIED, TorqueModel
 from controllers import (
+    PositionLoopParameters,
+    default_position_gain,
     difference_velocity,
     kalman_velocity,
     kalman_velocity_gains,
@@ -332,3 +335,28 @@ class Sweep(Table):
     velocity_noise: Range = [0.0, 0.005]
     assumed_stribeck_velocity: PositiveRange = [0.5, 2.0]
     assumed_inertia: PositiveRange = [0.7, 1.3]
+
+
+class PositionControl(Table):
+    """A proportional position loop; with it every controller stands in a cascade.
+
+    Parameters
+    ----------
+    gain : float, optional
+        Position gain, 1/s; by default a sixth of the angular bandwidth of the velocity loop.
+    limit : float, optional
+        Largest absolute correction, rad/s; by default there is none.
+    encoder_resolution : float, optional
+        Step of the encoder of the position, rad; by default that of ``[sensor]``, and where that has none either, the
+        true position rounded to 1e-5 rad.
+    """
+
+    model_config = STRICT
+    gain: Positive | None = None
+    limit: Positive | None = None
+    encoder_resolution: Positive | None = None
+
+    def loop(self, bandwidth: Callable[[], float]) -> PositionLoopParameters:
+        """Return the position loop; the bandwidth of the velocity loop, Hz, is asked for where no gain is given."""
+        gain = default_position_gain(bandwidth()) if self.gain is None else self.gain
+        return PositionLoopParameters(gain, math.inf if self.limit is None else self.limit)

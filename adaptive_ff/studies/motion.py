@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from adaptive_ff.scenario.fourier import Fourier
+from adaptive_ff.scenario.waves import Fourier
 from adaptive_ff.studies.information import Array
 
 

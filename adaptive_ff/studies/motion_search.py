@@ -13,7 +13,7 @@ from scipy.linalg import null_space
 from scipy.optimize import minimize
 from scipy.special import logsumexp
 
-from adaptive_ff.scenario.fourier import Fourier
+from adaptive_ff.scenario.waves import Fourier
 from adaptive_ff.studies.information import NAMES, Array, AssumedJoint, information, interval_sizes
 from adaptive_ff.studies.motion import Excitation, MotionLimits, Series
 

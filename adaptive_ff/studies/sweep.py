@@ -20,8 +20,7 @@ from adaptive_ff.comparison.reference_lines import run_by_name
 from adaptive_ff.comparison.registry import CONTROLLERS as REGISTERED
 from adaptive_ff.comparison.registry import loop_of
 from adaptive_ff.errors import InputError
-from adaptive_ff.scenario.given import check_scenario
-from adaptive_ff.scenario.scenario import Scenario
+from adaptive_ff.scenario.scenario import Scenario, check_scenario
 from adaptive_ff.simulation.experiment import build_setup
 from adaptive_ff.simulation.metrics import Metrics
 from adaptive_ff.studies.drawn_joints import CLASSES, CONTROLLERS, HUNTING, class_of, draw_scenario, fall_over_gain

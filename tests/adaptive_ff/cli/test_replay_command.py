@@ -8,7 +8,6 @@ import pytest
 from command_line import content_of, refusal, run_command_line
 from synthetic_logs import make_log
 
-from adaptive_ff.cli.replay import REPLACED
 from adaptive_ff.files import write_csv
 from adaptive_ff.logs.log import Log
 from adaptive_ff.replay.replay import replay_log
@@ -42,13 +41,6 @@ def test_values_that_no_machine_has_are_refused_in_a_line(tmp_path, option, valu
     line = refusal("replay", write_log(tmp_path / "log.csv"), *OPTIONS, option, value, "--out", tmp_path / "out")
     assert line.startswith(f"adaptive-ff: {option.removeprefix('--').replace('-', '_')} = ")
     assert not (tmp_path / "out").exists()
-
-
-@pytest.mark.parametrize("name", REPLACED)
-def test_former_options_are_refused_with_what_replaces_them(tmp_path, name):
-    option = f"--{name.replace('_', '-')}"
-    line = refusal("replay", write_log(tmp_path / "log.csv"), *OPTIONS, option, "1", "--out", tmp_path / "out")
-    assert line == f"adaptive-ff: {option} is no longer taken: {REPLACED[name]}"
 
 
 def test_files_are_written_and_json_and_table_say_the_same(result):

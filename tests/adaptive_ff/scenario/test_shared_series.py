@@ -4,7 +4,7 @@ import pytest
 from adaptive_ff.errors import InputError
 from adaptive_ff.scenario import content as module
 from adaptive_ff.scenario.scenario import load_scenario
-from adaptive_ff.scenario.shared_series import SharedSeries
+from adaptive_ff.scenario.series import SharedSeries
 
 
 def test_series_is_computed_once_for_a_key_and_is_read_only():

@@ -5,8 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from adaptive_ff.scenario.series import CHUNK
-from adaptive_ff.scenario.sines import add_sine, sum_of_sines
+from adaptive_ff.scenario.series import CHUNK, add_sine, sum_of_sines
 
 OMEGAS = 2.0 * math.pi * np.array([0.01, 0.23, 1.0])
 PHASES, WEIGHTS = np.array([0.3, 6.1, 2.5]), np.array([1.0, -0.4, 0.25])

@@ -11,7 +11,7 @@ import pytest
 from command_line import run_command_line
 
 from adaptive_ff import InputError, load_scenario
-from adaptive_ff.scenario.fourier import Fourier
+from adaptive_ff.scenario.waves import Fourier
 from adaptive_ff.studies import exciting_motion as glue
 from adaptive_ff.studies.exciting_motion import (
     TRIAL_SEEDS,
