@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from adaptive_ff.cli.gate import Gate
 from adaptive_ff.cli.options import (
     CONTROLLER_NAMES,
     FORM_NAMES,
@@ -18,12 +17,18 @@ from adaptive_ff.cli.options import (
     ScenarioFile,
     ViewerOutput,
 )
-from adaptive_ff.cli.output import bars, error_console, staged_results, warn
+from adaptive_ff.cli.output import Printer, bars, error_console, staged_results, warn
 from adaptive_ff.errors import InputError
 
 if TYPE_CHECKING:
+    from adaptive_ff.comparison.comparison import Comparison
+    from adaptive_ff.comparison.gate import Gate
     from adaptive_ff.comparison.own import Own
     from adaptive_ff.scenario.scenario import Scenario
+
+
+WORSE = 1
+"""Exit status where a regression gate fails."""
 
 
 @dataclass
@@ -53,13 +58,34 @@ class Guard:
         typer.Option(help="What may differ from the scenario of the baseline: gains (its table feedback)."),
     ] = None
 
-    def gate(self, scenario: "Scenario", seeds: int) -> Gate | None:
+    def gate(self, scenario: "Scenario", seeds: int) -> "Gate | None":
         """Return the gate, checked; None without a baseline."""
-        if self.baseline is not None:
-            return Gate(self.baseline, scenario, self.tolerance, self.guard, self.metric, self.across, seeds)
-        if self.tolerance or self.guard or self.metric or self.across:
-            raise InputError("--tolerance, --guard, --metric and --across need a --baseline to compare with")
-        return None
+        from adaptive_ff.comparison.baseline import read_baseline
+        from adaptive_ff.comparison.gate import Gate
+
+        if self.baseline is None:
+            if self.tolerance or self.guard or self.metric or self.across:
+                raise InputError("--tolerance, --guard, --metric and --across need a --baseline to compare with")
+            return None
+        return Gate(
+            read_baseline(self.baseline),
+            scenario,
+            seeds,
+            tolerance=_by_name(self.tolerance or []),
+            controllers=self.guard,
+            metrics=self.metric,
+            across=self.across or (),
+            name=str(self.baseline),
+        )
+
+
+def _by_name(tolerances: list[str]) -> dict[str, float | str]:
+    """Return tolerances by what they are for."""
+    found: dict[str, float | str] = {}
+    for text in tolerances:
+        name, equals, fraction = text.rpartition("=")
+        found[name.strip() if equals else "default"] = fraction
+    return found
 
 
 def compare_command(
@@ -138,7 +164,20 @@ def compare_command(
         results.write("result.json", result, shown, comparison.plot(None), title=title, details=details)
         results.shown.append(f"Plots, time series and result.json are in {output.out}")
         results.left_behind(PICTURES, [f"{name}.csv" for name in CONTROLLERS])
-    return 0 if gate is None else gate.judge(comparison)
+    return 0 if gate is None else _judge(gate, comparison, guard.baseline)
+
+
+def _judge(gate: "Gate", comparison: "Comparison", baseline: Path | None) -> int:
+    """Print what got worse, or that nothing did, and what is guarded; return the exit status."""
+    worse, printer = gate.worse(comparison), Printer()
+    for sentence in worse:
+        error_console().print(f"worse than {baseline}: {sentence}", markup=False)
+    if not worse:
+        printer.say(f"Nothing is worse than in {baseline}, within the tolerances.")
+    free = [name for name in comparison.runs if name not in gate.controllers]
+    others = f"; not guarded: {', '.join(free)} (--guard NAME)" if free else ""
+    printer.say(f"Guarded: {len(gate.metrics)} figures of {', '.join(gate.controllers)}{others}")
+    return WORSE if worse else 0
 
 
 def _check_controllers(scenario: "Scenario", own: "Mapping[str, Own]", source: str) -> None:

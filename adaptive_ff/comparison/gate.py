@@ -13,6 +13,7 @@ from adaptive_ff.comparison.comparison import Comparison
 from adaptive_ff.comparison.registry import CONTROLLERS
 from adaptive_ff.errors import InputError, check_kind, checked_path
 from adaptive_ff.scenario.axis_units import axis_unit
+from adaptive_ff.scenario.scenario import Scenario
 from adaptive_ff.simulation.metrics import METRIC_UNITS, POSITION_UNITS
 
 TOLERANCE = 0.05
@@ -48,51 +49,63 @@ def read_fraction(name: str, value: Fraction) -> float:
     return fraction
 
 
-class Tolerances:
-    """How much worse each figure of each controller may be.
+class Gate:
+    """A baseline, called by a name in messages, and what may be worse than it; checked before anything runs.
 
-    A fraction for all, or fractions by metric, controller or ``CONTROLLER.METRIC`` beside a ``default``; the most
-    particular one counts. Where none is given, half the interval of the mean of the figures at several seeds (scatter).
+    A tolerance is a fraction for all, or fractions by metric, controller or ``CONTROLLER.METRIC`` beside a ``default``;
+    the most particular one counts. Without one it is 5 %, of several seeds half the interval of their mean.
     """
 
     def __init__(
         self,
-        tolerance: Tolerance | None,
-        controllers: Iterable[str],
-        scatter: Mapping[str, Mapping[str, list[float]]] | None = None,
+        baseline: Mapping[str, Any],
+        scenario: Scenario,
+        seeds: int,
+        *,
+        tolerance: Tolerance | None = None,
+        controllers: Iterable[str] | None = None,
+        metrics: Iterable[str] | None = None,
+        across: Iterable[str] = (),
+        name: str = "baseline",
     ) -> None:
-        self._scatter = scatter or {}
+        check_same_scenario(scenario, baseline, name, across)
+        there = seeds_of(baseline.get("by_seed"))
+        if there != seeds:
+            raise InputError(
+                f"seeds = {seeds} is not allowed: the baseline is of {there}; run as many, or make a new one"
+            )
+        self._baseline, self._axis, self._all = baseline, scenario.joint.axis, not controllers
+        self._fractions = self._read_tolerances(tolerance)
+        self.controllers = self._guarded_controllers(controllers)
+        self.metrics = self._guarded_metrics(metrics)
+
+    def _read_tolerances(self, tolerance: Tolerance | None) -> dict[str, float]:
         given = dict(tolerance) if isinstance(tolerance, Mapping) else {"default": tolerance}
-        given = {key: value for key, value in given.items() if value is not None}
-        names = list(controllers)
+        names = list(self._baseline["controllers"])
         allowed = {"default", *GATED, *names, *(f"{name}.{metric}" for name in names for metric in GATED)}
-        for key in given:
+        fractions = {}
+        for key, value in given.items():
+            if value is None:
+                continue
             if key not in allowed:
                 raise InputError(
                     f"tolerance {key!r} is not known; there are the metrics {', '.join(GATED)}, the controllers "
                     f"{', '.join(names)} and CONTROLLER.METRIC"
                 )
-        self._fractions = {
-            key: read_fraction("tolerance" if key == "default" else f"tolerance of {key}", value)
-            for key, value in given.items()
-        }
+            fractions[key] = read_fraction("tolerance" if key == "default" else f"tolerance of {key}", value)
+        return fractions
 
-    def of(self, controller: str, metric: str) -> float:
-        """Return how much worse a figure of a controller may be, relative."""
-        for key in (f"{controller}.{metric}", metric, controller, "default"):
-            if key in self._fractions:
-                return self._fractions[key]
-        values = self._scatter.get(controller, {}).get(metric, [])
-        if len(values) < 2 or not any(values):
-            return TOLERANCE
-        quantile = float(special.stdtrit(len(values) - 1, 0.5 + 0.5 * CONFIDENCE))
-        return quantile * float(np.std(values, ddof=1) / np.mean(values)) / math.sqrt(len(values))
-
-
-def guarded_controllers(baseline: Mapping[str, Any], chosen: Iterable[str] | None = None) -> list[str]:
-    """Return the controllers that a gate looks at: by default all of the baseline but the package's yardsticks."""
-    there = list(baseline["controllers"])
-    if chosen is None:
+    def _guarded_controllers(self, chosen: Iterable[str] | None) -> list[str]:
+        """Return the controllers that are looked at: by default all of the baseline but the package's yardsticks."""
+        there = list(self._baseline["controllers"])
+        if chosen is not None:
+            names = _several("controllers", chosen)
+            for name in names:
+                if name not in there:
+                    raise InputError(
+                        f"guarded controller {name!r} is not in the baseline; there are {', '.join(there)}"
+                    )
+            return names
         names = [name for name in there if name in GUARDED or name not in CONTROLLERS]
         if not names:
             raise InputError(
@@ -100,28 +113,48 @@ def guarded_controllers(baseline: Mapping[str, Any], chosen: Iterable[str] | Non
                 "which to guard"
             )
         return names
-    names = _several("controllers", chosen)
-    for name in names:
-        if name not in there:
-            raise InputError(f"guarded controller {name!r} is not in the baseline; there are {', '.join(there)}")
-    return names
 
+    def _guarded_metrics(self, chosen: Iterable[str] | None) -> list[str]:
+        """Return the metrics that are looked at: by default all that the baseline has."""
+        controllers = self._baseline["controllers"]
+        if chosen is None:
+            return [name for name in GATED if all(name in figures for figures in controllers.values())]
+        names = _several("metrics", chosen)
+        for name in names:
+            if name not in GATED:
+                raise InputError(f"metric {name!r} is not known; there are {', '.join(GATED)}")
+            for controller, figures in controllers.items():
+                if name not in figures:
+                    raise InputError(
+                        f"metric {name!r} is not in the baseline of {controller}; there are {', '.join(figures)}"
+                    )
+        return names
 
-def guarded_metrics(baseline: Mapping[str, Any], chosen: Iterable[str] | None = None) -> list[str]:
-    """Return the metrics that a gate looks at: by default all that the baseline has."""
-    controllers = baseline["controllers"]
-    if chosen is None:
-        return [name for name in GATED if all(name in figures for figures in controllers.values())]
-    names = _several("metrics", chosen)
-    for name in names:
-        if name not in GATED:
-            raise InputError(f"metric {name!r} is not known; there are {', '.join(GATED)}")
-        for controller, figures in controllers.items():
-            if name not in figures:
-                raise InputError(
-                    f"metric {name!r} is not in the baseline of {controller}; there are {', '.join(figures)}"
-                )
-    return names
+    def tolerance_of(self, controller: str, metric: str) -> float:
+        """Return how much worse a figure of a controller may be, relative."""
+        for key in (f"{controller}.{metric}", metric, controller, "default"):
+            if key in self._fractions:
+                return self._fractions[key]
+        values = (self._baseline.get("by_seed") or {}).get(controller, {}).get(metric, [])
+        if len(values) < 2 or not any(values):
+            return TOLERANCE
+        quantile = float(special.stdtrit(len(values) - 1, 0.5 + 0.5 * CONFIDENCE))
+        return quantile * float(np.std(values, ddof=1) / np.mean(values)) / math.sqrt(len(values))
+
+    def worse(self, comparison: Comparison) -> list[str]:
+        """Return what got worse, a sentence each; an own controller that is not in the baseline is named."""
+        before, now = (mean_figures(result) for result in (self._baseline, comparison.to_dict()))
+        unguarded = [name for name in now if name not in CONTROLLERS and name not in before] if self._all else []
+        found = [f"{name}: is not in the baseline, so nothing guards it" for name in unguarded]
+        for name in self.controllers:
+            if name not in now:
+                found.append(f"{name}: is in the baseline, but was not run")
+                continue
+            for figure in self.metrics:
+                old, new, allowed = before[name][figure], now[name][figure], self.tolerance_of(name, figure)
+                if new > old * (1.0 + allowed):
+                    found.append(f"{name}: {_growth(self._axis, figure, old, new)}, allowed {100.0 * allowed:.3g} %)")
+        return found
 
 
 def _several(name: str, chosen: Iterable[str]) -> list[str]:
@@ -134,6 +167,26 @@ def _several(name: str, chosen: Iterable[str]) -> list[str]:
     if not names:
         raise InputError(f"{name} = [] is not allowed: name one at least, or leave it out for the default")
     return names
+
+
+def mean_figures(result: Mapping[str, Any]) -> dict[str, dict[str, float]]:
+    """Return the figures of each controller of a result, over its seeds where it has several."""
+    by_seed = result.get("by_seed") or {}
+    means = {name: {key: float(np.mean(one)) for key, one in figures.items()} for name, figures in by_seed.items()}
+    return {name: means.get(name, figures) for name, figures in result["controllers"].items()}
+
+
+def seeds_of(by_seed: Mapping[str, Mapping[str, list[float]]] | None) -> int:
+    """Return the number of seeds of a result by its figures at each."""
+    return max((len(one) for figures in (by_seed or {}).values() for one in figures.values()), default=1)
+
+
+def _growth(axis: str, figure: str, old: float, new: float) -> str:
+    unit, factor = {**METRIC_UNITS, **POSITION_UNITS}[figure], 1.0
+    if unit.startswith("rad"):
+        unit, factor = f"m{unit}", 1e3
+    fraction = f"{100.0 * (new / old - 1.0):.1f} %" if old > 0.0 else "from zero"
+    return f"{figure} grew from {factor * old:.4g} to {factor * new:.4g} {axis_unit(axis, unit)} ({fraction}"
 
 
 def regressions(
@@ -177,51 +230,8 @@ def regressions(
     check_kind("baseline", baseline, Mapping, "what read_baseline(path) returns")
     if not {"scenario", "controllers"} <= set(baseline):
         raise InputError("baseline is not allowed: it lacks scenario or controllers; read_baseline(path) returns one")
-    check_same_scenario(comparison.scenario, baseline, "baseline", across)
-    axis = comparison.scenario.joint.axis
-    names, figures = guarded_controllers(baseline, controllers), guarded_metrics(baseline, metrics)
-    tolerances = Tolerances(tolerance, baseline["controllers"], baseline.get("by_seed"))
-    before, now = (mean_figures(result) for result in (baseline, comparison.to_dict()))
-    check_same_seeds(baseline, seeds_of(comparison.by_seed))
-    unguarded = [name for name in now if name not in CONTROLLERS and name not in baseline["controllers"]]
-    found = [] if controllers else [f"{name}: is not in the baseline, so nothing guards it" for name in unguarded]
-    for name in names:
-        if name not in now:
-            found.append(f"{name}: is in the baseline, but was not run")
-            continue
-        for figure in figures:
-            old, new = before[name][figure], now[name][figure]
-            allowed = tolerances.of(name, figure)
-            if new > old * (1.0 + allowed):
-                found.append(f"{name}: {_growth(axis, figure, old, new)}, allowed {100.0 * allowed:.3g} %)")
-    return found
-
-
-def mean_figures(result: Mapping[str, Any]) -> dict[str, dict[str, float]]:
-    """Return the figures of each controller of a result, over its seeds where it has several."""
-    by_seed = result.get("by_seed") or {}
-    means = {name: {key: float(np.mean(one)) for key, one in figures.items()} for name, figures in by_seed.items()}
-    return {name: means.get(name, figures) for name, figures in result["controllers"].items()}
-
-
-def check_same_seeds(baseline: Mapping[str, Any], seeds: int) -> None:
-    """Refuse a baseline of another number of seeds."""
-    there = seeds_of(baseline.get("by_seed"))
-    if there != seeds:
-        raise InputError(f"seeds = {seeds} is not allowed: the baseline is of {there}; run as many, or make a new one")
-
-
-def seeds_of(by_seed: Mapping[str, Mapping[str, list[float]]] | None) -> int:
-    """Return the number of seeds of a result by its figures at each."""
-    return max((len(one) for figures in (by_seed or {}).values() for one in figures.values()), default=1)
-
-
-def _growth(axis: str, figure: str, old: float, new: float) -> str:
-    unit, factor = {**METRIC_UNITS, **POSITION_UNITS}[figure], 1.0
-    if unit.startswith("rad"):
-        unit, factor = f"m{unit}", 1e3
-    fraction = f"{100.0 * (new / old - 1.0):.1f} %" if old > 0.0 else "from zero"
-    return f"{figure} grew from {factor * old:.4g} to {factor * new:.4g} {axis_unit(axis, unit)} ({fraction}"
+    options: dict[str, Any] = {"tolerance": tolerance, "controllers": controllers, "metrics": metrics, "across": across}
+    return Gate(baseline, comparison.scenario, seeds_of(comparison.by_seed), **options).worse(comparison)
 
 
 def assert_no_regression(
@@ -255,10 +265,9 @@ def assert_no_regression(
     """
     check_kind("comparison", comparison, Comparison, "a Comparison: compare(scenario) makes one")
     earlier = read_baseline(checked_path("baseline", baseline))
-    check_same_scenario(comparison.scenario, earlier, str(baseline), across)
-    worst, *others = regressions(
-        comparison, earlier, tolerance, controllers=controllers, metrics=metrics, across=across
-    ) or [""]
+    options: dict[str, Any] = {"tolerance": tolerance, "controllers": controllers, "metrics": metrics, "across": across}
+    gate = Gate(earlier, comparison.scenario, seeds_of(comparison.by_seed), name=str(baseline), **options)
+    worst, *others = gate.worse(comparison) or [""]
     if worst:
         more = f"; and {len(others)} more" if others else ""
         raise AssertionError("\n".join([f"tracking got worse than in {baseline}: {worst}{more}", *others]))
