@@ -19,6 +19,10 @@ CURRENT = (
 )
 
 
+def found_in(folder):
+    return json.loads((folder / "identification.json").read_text(encoding="utf-8"))
+
+
 @pytest.fixture(scope="module")
 def result(tmp_path_factory):
     folder = tmp_path_factory.mktemp("identify")
@@ -40,7 +44,7 @@ def test_all_files_are_written(result):
 def test_json_holds_values_with_intervals(result):
     folder, _ = result
     found = json.loads((folder / "own" / "copy.json").read_text(encoding="utf-8"))
-    assert found == json.loads((folder / "out" / "identification.json").read_text(encoding="utf-8"))
+    assert found == found_in(folder / "out")
     for name, true in JOINT.items():
         entry = found[name]
         assert entry["value"] == pytest.approx(true, rel=0.02)
@@ -94,7 +98,7 @@ def test_other_log_is_validated_on_and_nothing_is_held_out(tmp_path):
     log, other = write_log(tmp_path / "log.csv"), write_log(tmp_path / "other.csv", viscous=6.0, seed=102)
     outcome = run_command_line("identify", log, "--validate", other, "--out", tmp_path / "out")
     assert outcome.status == 0
-    found = json.loads((tmp_path / "out" / "identification.json").read_text(encoding="utf-8"))
+    found = found_in(tmp_path / "out")
     assert found["validation"]["on"] == str(other)
     assert found["validation"]["left"] > 10.0 * found["left"]
     assert f"of the torque of {other} are left" in " ".join(outcome.out.split())
@@ -107,7 +111,7 @@ def test_units_are_given_by_factors_and_linear_axes_have_their_own(tmp_path):
     options = ["--time", "ms", "--position", "deg", "--torque", "volt", "--linear", "--out", tmp_path / "out"]
     scales = ["--scale", "ms=1e-3", "--scale", "deg=pi/180", "--scale", "volt=-48"]
     assert run_command_line("identify", tmp_path / "log.csv", *options, *scales).status == 0
-    found = json.loads((tmp_path / "out" / "identification.json").read_text(encoding="utf-8"))
+    found = found_in(tmp_path / "out")
     assert found["inertia"]["value"] == pytest.approx(2.0, rel=0.01)
     assert (found["inertia"]["unit"], found["viscous"]["unit"]) == ("kg", "N s/m")
     assert load_scenario(tmp_path / "out" / "scenario.toml").joint.axis == "linear"
@@ -121,7 +125,7 @@ def test_current_is_found_by_its_name_and_keeps_its_units_where_the_motion_is_sc
     assert (outcome.status, outcome.warnings) == (0, [CURRENT])
     scenario = (tmp_path / "out" / "scenario.toml").read_text(encoding="utf-8")
     assert "# The torque of the log is a current: read A where units say N m (N), or give" in scenario
-    found = json.loads((tmp_path / "out" / "identification.json").read_text(encoding="utf-8"))
+    found = found_in(tmp_path / "out")
     assert found["inertia"]["value"] == pytest.approx(2.0, rel=0.01)
     assert found["inertia"]["unit"] == "A s²/rad"
 
@@ -148,7 +152,7 @@ def test_units_that_columns_say_are_pointed_out_and_milliamperes_become_amperes(
     assert "the column strom seems to be in mA, but is taken as A: give --scale strom=1e-3" in said
     outcome = run_command_line("identify", path, *columns, "--scale", "lage=pi/180", "--scale", "strom=1e-3")
     assert outcome.warnings == [CURRENT]
-    found = json.loads((tmp_path / "out" / "identification.json").read_text(encoding="utf-8"))
+    found = found_in(tmp_path / "out")
     assert found["inertia"]["value"] == pytest.approx(2.0, rel=0.01)
     assert found["inertia"]["unit"] == "A s²/rad"
 
@@ -172,7 +176,7 @@ def test_current_with_the_other_sign_stays_one(tmp_path, factor):
     write_csv(tmp_path / "log.csv", {"time": log.time, "q": log.position, name: log.torque / scale})
     options = ["--torque", name, "--scale", f"{name}={factor}", "--out", tmp_path / "out"]
     assert run_command_line("identify", tmp_path / "log.csv", *options).status == 0
-    found = json.loads((tmp_path / "out" / "identification.json").read_text(encoding="utf-8"))
+    found = found_in(tmp_path / "out")
     assert found["inertia"]["unit"] == "A s²/rad"
 
 
@@ -216,7 +220,7 @@ def test_skipped_stretches_are_said_and_listed(tmp_path):
     outcome = run_command_line("identify", tmp_path / "log.npz", "--out", tmp_path / "out")
     assert outcome.status == 0
     assert outcome.warnings == ["warning: skipped: samples 4000 to 4499: values that are no finite numbers"]
-    found = json.loads((tmp_path / "out" / "identification.json").read_text(encoding="utf-8"))
+    found = found_in(tmp_path / "out")
     assert found["skipped"] == [{"start": 4000, "stop": 4500, "reason": "values that are no finite numbers"}]
 
 
@@ -228,7 +232,7 @@ def test_joint_that_moves_one_way_gets_no_scenario(tmp_path):
     write_csv(tmp_path / "log.csv", {"time": time, "velocity": velocity, "torque": torque})
     outcome = run_command_line("identify", tmp_path / "log.csv", "--out", tmp_path / "out")
     assert outcome.status == 0, outcome
-    found = json.loads((tmp_path / "out" / "identification.json").read_text(encoding="utf-8"))
+    found = found_in(tmp_path / "out")
     assert found["unidentified"] == {"coulomb": "one_way"}
     assert found["viscous"]["lower"] < 4.0 < found["viscous"]["upper"]
     assert set(content_of(tmp_path / "out")) == FILES - {"scenario.toml", "reference.csv"}
@@ -258,7 +262,7 @@ def test_voltage_becomes_a_torque_and_its_back_emf_is_said(tmp_path):
     motor = ["--voltage", "duty", "--scale", "duty=24", "--resistance", "2", "--torque-constant", "0.5"]
     outcome = run_command_line("identify", tmp_path / "log.csv", *motor, "--out", tmp_path / "out")
     assert outcome.warnings == ["warning: the torque is that of a voltage: 0.125 N m s/rad of viscous are the back-EMF"]
-    found = json.loads((tmp_path / "out" / "identification.json").read_text(encoding="utf-8"))
+    found = found_in(tmp_path / "out")
     assert found["inertia"]["value"] == pytest.approx(2.0, rel=0.01)
     said = refusal("identify", tmp_path / "log.csv", "--voltage", "duty", "--out", tmp_path / "other")
     assert "--voltage takes --resistance, in ohm, positive, and --torque-constant" in said
