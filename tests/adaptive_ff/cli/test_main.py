@@ -159,34 +159,10 @@ def test_seam_of_a_repeated_motion_is_warned_of(tmp_path, without_pictures):
     }
 
 
-def test_version_is_that_of_the_package():
-    assert run_command_line("version") == (0, f"{version('adaptive-ff')}\n", "")
-
-
-@pytest.mark.parametrize("arguments", [["--help"], ["compare", "--help"]])
-def test_help_is_no_error(arguments):
-    outcome = run_command_line(*arguments)
-    assert (outcome.status, outcome.err) == (0, "")
-    assert "Usage: " in outcome.out
-    if "compare" in arguments:
-        assert all(option in outcome.out for option in ("--reference", "--out", "--json"))
-
-
 def test_without_a_command_it_shows_the_commands():
     outcome = run_command_line()
     assert (outcome.status, outcome.err) == (2, "")
     assert "compare" in outcome.out
-
-
-def test_interrupt_ends_with_its_own_status_and_leaves_nothing(tmp_path, scenario):
-    def interrupt(*_, **__):
-        raise KeyboardInterrupt
-
-    before = content_of(tmp_path)
-    with patch("adaptive_ff.comparison.comparison.compare", interrupt):
-        outcome = run_command_line("compare", scenario, "--out", tmp_path / "new" / "out")
-    assert (outcome.status, outcome.out) == (130, "")
-    assert content_of(tmp_path) == before
 
 
 def test_equations_that_have_no_solution_are_refused_in_one_line(tmp_path, scenario):
