@@ -1,8 +1,8 @@
 from .canudas import CanudasController as CanudasController
 from .canudas import CanudasMeasuredController as CanudasMeasuredController
-from .feedback_error import FeedbackErrorLearning as FeedbackErrorLearning
+from .feedback_learning import FeedbackErrorLearning as FeedbackErrorLearning
+from .feedback_learning import LearntFeedforward as LearntFeedforward
 from .friction_observer import FrictionObserver as FrictionObserver
-from .learnt_feedforward import LearntFeedforward as LearntFeedforward
 from .lee_tomizuka import LeeTomizuka as LeeTomizuka
 from .lugre_gradient import LuGreGradient as LuGreGradient
 from .lugre_observer import LuGreObserver as LuGreObserver

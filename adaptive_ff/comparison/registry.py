@@ -14,9 +14,8 @@ from typing import Any
 from adaptive_ff.adaptive.controller import AdaptiveController
 from adaptive_ff.adaptive.tuning import Tuning
 from adaptive_ff.baselines.canudas import CanudasController, CanudasMeasuredController
-from adaptive_ff.baselines.feedback_error import FeedbackErrorLearning
+from adaptive_ff.baselines.feedback_learning import FeedbackErrorLearning, LearntFeedforward
 from adaptive_ff.baselines.friction_observer import FrictionObserver
-from adaptive_ff.baselines.learnt_feedforward import LearntFeedforward
 from adaptive_ff.baselines.lee_tomizuka import LeeTomizuka
 from adaptive_ff.baselines.lugre_gradient import LuGreGradient
 from adaptive_ff.baselines.lugre_observer import LuGreObserver

@@ -8,7 +8,7 @@ import pytest
 from closed_loops import SCENARIO, build_setup, drive
 from plan_inputs import plan_inputs
 
-from adaptive_ff.baselines.feedback_error import FeedbackErrorLearning
+from adaptive_ff.baselines.feedback_learning import FeedbackErrorLearning
 from adaptive_ff.friction.feedforward import initial_feedforward_state, step_feedforward
 from adaptive_ff.scenario.truth import true_model
 

@@ -7,7 +7,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from adaptive_ff import load_scenario
-from adaptive_ff.baselines.learnt_feedforward import FIRST, LearntFeedforward
+from adaptive_ff.baselines.feedback_learning import FIRST, LearntFeedforward
 from adaptive_ff.baselines.lugre_observer import LuGreObserver, bent
 from adaptive_ff.baselines.repetitive import Repetitive
 from adaptive_ff.comparison.registry import cycle_of
