@@ -1,7 +1,10 @@
 """Settings of Sphinx; ``python -m docs`` builds the site."""
 
+import shutil
 import sys
 from pathlib import Path
+
+from sphinx_gallery.scrapers import figure_rst
 
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parent
@@ -10,6 +13,16 @@ sys.path.insert(0, str(ROOT))
 from adaptive_ff import __version__  # noqa: E402
 from adaptive_ff.playground.page import write_page  # noqa: E402
 from docs.reference import GENERATED, write_examples, write_reference  # noqa: E402
+
+
+def written_pictures(block, variables, settings):  # type: ignore[no-untyped-def]
+    """Show the pictures that an example has written; the first, of tracking where there is one, is its thumbnail."""
+    source = Path(variables["src_file"])
+    written = (source.parent / "results" / source.stem).glob("*.png")
+    found = sorted(written, key=lambda file: (file.stem != "tracking", file.name))
+    copies = [shutil.copy(file, place) for file, place in zip(found, variables["image_path_iterator"], strict=False)]
+    return figure_rst(copies, settings["src_dir"])
+
 
 EXAMPLES, PLAYGROUND = HERE / GENERATED / "examples", HERE / GENERATED / "playground"
 
@@ -33,6 +46,7 @@ exclude_patterns = [
 ]
 html_theme = "pydata_sphinx_theme"
 html_theme_options = {
+    "navigation_depth": 1,
     "show_prev_next": False,
     "navigation_with_keys": False,
     "header_links_before_dropdown": 7,
@@ -47,7 +61,7 @@ html_extra_path = [str(PLAYGROUND)]
 html_show_sourcelink = False
 myst_enable_extensions = ["dollarmath", "deflist"]
 myst_heading_anchors = 3
-nb_execution_mode = "cache"
+nb_execution_mode = "force"  # pages show what the code of today prints
 nb_execution_in_temp = True
 nb_execution_raise_on_error = True
 nb_execution_timeout = 600
@@ -62,6 +76,9 @@ sphinx_gallery_conf = {
     "examples_dirs": str(EXAMPLES),
     "gallery_dirs": "_generated/gallery",
     "filename_pattern": r"/(first_comparison|design_a_loop|own_controller|in_your_own_loop|identify_a_log)\.py",
+    "image_scrapers": (written_pictures,),
+    "capture_repr": (),
+    "run_stale_examples": True,
     "download_all_examples": False,
     "show_memory": False,
     "min_reported_time": 1e9,

@@ -93,7 +93,7 @@ def command_line() -> str:
     for name in group.list_commands(context):  # type: ignore[attr-defined]
         command = group.get_command(context, name)  # type: ignore[attr-defined]
         rows = [_option(parameter) for parameter in command.params if _is_listed(parameter)]
-        text += f"## {name}\n\n{command.help}\n\n" + _table(("option", "default", "meaning"), rows)
+        text += f"## {name}\n\n{command.help}\n\n" + (_table(("option", "default", "meaning"), rows) if rows else "")
     return text
 
 
@@ -104,7 +104,7 @@ def _is_listed(parameter: Any) -> bool:
 def _option(parameter: Any) -> tuple[str, str, str]:
     written = ", ".join(parameter.opts) if parameter.param_type_name == "option" else parameter.name.upper()
     plain = parameter.default if isinstance(parameter.default, str | int | float | Path) else None
-    default = "" if plain is None or plain is False else f"`{plain}`"
+    default = "" if plain is False or plain in (None, "") else f"`{plain}`"
     return f"`{written}`", default, getattr(parameter, "help", None) or ""
 
 
@@ -171,7 +171,11 @@ def log_formats() -> str:
 
 def warning_codes() -> str:
     """Return the codes of a diagnosis, an identification and a verdict, with their sentences."""
-    diagnosis = [(f"`{code}`", "warning" if code in WARNINGS else "", text) for code, text in SENTENCES.items()]
+    blank = re.compile(r"\{(\w+)[^}]*\}")
+    diagnosis = [
+        (f"`{code}`", "warning" if code in WARNINGS else "", blank.sub(r"*\1*", text))
+        for code, text in SENTENCES.items()
+    ]
     identified = [(f"`{code}`", text) for code, text in SAYS.items()]
     limits = [(f"`{code}`", what, step) for code, (what, step) in LIMITS.items()]
     return (
