@@ -7,6 +7,7 @@ fastest loop that a maximum sensitivity of 1.7 allows.
 
 import tomllib
 from functools import partial
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -52,21 +53,7 @@ def run_scenario(name: str, seeds: list[int], controllers: list[str]) -> Found:
     return {"": {"row": name}, **found}
 
 
-DATA_SHEETS: dict[str, dict[str, Any]] = {
-    "data_sheet": {},
-    "heavy": {"inertia": 20.0, "torque": 400.0, "speed": 2.5},
-    "servo": {"inertia": 2e-4, "torque": 1.3, "speed": 314.0},
-    "linear": {"inertia": 100.0, "torque": 400.0, "speed": 0.5, "linear": True},
-    "light": {"inertia": 0.05, "torque": 5.0, "speed": 10.0},
-    "heavy_100hz": {"inertia": 20.0, "torque": 400.0, "speed": 2.5, "period": 0.01},
-    "2khz": {"period": 5e-4},
-    "late": {"delay": 0.001},
-    "motor_encoder": {"encoder": Encoder(4096, at_motor=True), "gear_ratio": 50.0},
-    "joint_encoder": {"encoder": Encoder(2**20)},
-    "coarse_encoder": {"encoder": Encoder(4096)},
-}
-"""Numbers of data sheets other than those of ``data_sheet``, 0.5 kg m^2, 20 N m and 6 rad/s at 1 kHz, by name."""
-
+DATA_SHEETS = tomllib.loads(Path(__file__).with_suffix(".toml").read_text(encoding="utf-8"))
 LOADED_TIME = 40.0  # length of the runs with a step of the load, s: it comes after three quarters of it
 
 
@@ -76,7 +63,9 @@ def run_data_sheet(name: str, seeds: list[int], controllers: list[str]) -> Found
     ``settled`` is PI's settled error over the controller's before the step, ``window`` the controller's error over PI's
     in the worst window of 5 s of those from half of the run on, both pooled over seeds; ``own_bandwidth`` is in Hz.
     """
-    sheet = {"inertia": 0.5, "torque": 20.0, "speed": 6.0, **DATA_SHEETS[name]}
+    sheet: dict[str, Any] = {"inertia": 0.5, "torque": 20.0, "speed": 6.0, **DATA_SHEETS[name]}
+    if "encoder" in sheet:
+        sheet["encoder"] = Encoder(**sheet["encoder"])
     scenario = parse_scenario(tomllib.loads(new_scenario_text(**sheet)), name).modified(duration=LOADED_TIME)
     errors, best = {}, {}
     for controller in controllers:

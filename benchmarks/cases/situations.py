@@ -28,18 +28,14 @@ SITUATIONS = (
 
 
 @cache
-def made() -> dict[str, dict[str, Any]]:
-    """Return the situations that are not in the package, by name."""
-    return tomllib.loads(Path(__file__).with_suffix(".toml").read_text(encoding="utf-8"))
+def made(file: str = "situations") -> dict[str, dict[str, Any]]:
+    """Return the situations of a file beside this one, by name."""
+    return tomllib.loads(Path(__file__).with_name(f"{file}.toml").read_text(encoding="utf-8"))
 
 
 def situations(count: int, draws: int = 1, first: int = 1, names: Iterable[str] = ()) -> list[Case]:
-    """Return so many references of each situation."""
-    return [
-        scenario_case(name, name, seed, partial(named_scenario, name, seed), draws)
-        for name in names or (*SITUATIONS, *made())
-        for seed in range(first, first + count)
-    ]
+    """Return so many references of each situation, or of some of them and of the package's scenarios by name."""
+    return _cases(names or (*SITUATIONS, *made()), "situations", count, draws, first)
 
 
 def matrix(count: int, draws: int = 1, first: int = 1) -> list[Case]:
@@ -47,11 +43,24 @@ def matrix(count: int, draws: int = 1, first: int = 1) -> list[Case]:
     return situations(count, draws, first, scenario_names())
 
 
-def named_scenario(name: str, seed: int) -> Scenario:
+def table(file: str, count: int, draws: int = 1, first: int = 1) -> list[Case]:
+    """Return so many references of each situation of another file."""
+    return _cases(made(file), file, count, draws, first)
+
+
+def _cases(names: Iterable[str], file: str, count: int, draws: int, first: int) -> list[Case]:
+    return [
+        scenario_case(name, name, seed, partial(named_scenario, name, seed, file), draws)
+        for name in names
+        for seed in range(first, first + count)
+    ]
+
+
+def named_scenario(name: str, seed: int, file: str = "situations") -> Scenario:
     """Return a scenario of the package or a situation with a seed."""
-    if name not in made():
+    if name not in made(file):
         return load_scenario(name).modified(seed=seed)
-    tables = dict(made()[name])
+    tables = dict(made(file)[name])
     base, sheet = tables.pop("base", None), tables.pop("sheet", None)
     counts, ripple, learnt = (tables.pop(special, None) for special in ("counts", "ripple", "map"))
     if counts is not None:

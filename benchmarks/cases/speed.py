@@ -125,19 +125,23 @@ def _run(scenario: Scenario, name: str, _: int) -> None:
     simulate(scenario, name, uncertain=False)
 
 
-def run_commands(controllers: list[str]) -> Found:
-    """Time ``adaptive-ff --help`` and a first and a later ``compare``, whole processes; all under ``adaptive``."""
+def of_adaptive(row: str, measure: Callable[[], dict[str, float]], controllers: list[str]) -> Found:
+    """Return what is measured, all under ``adaptive``; the others have nothing."""
+    return {"": {"row": row}, **{name: measure() if name == "adaptive" else {} for name in controllers}}
+
+
+def commands() -> dict[str, float]:
+    """Time ``adaptive-ff --help`` and a first and a later ``compare``, whole processes."""
     with tempfile.TemporaryDirectory() as folder:
         fresh = {**os.environ, **dict.fromkeys(("MPLCONFIGDIR", "XDG_CACHE_HOME"), folder)}
         command = [sys.executable, "-m", "adaptive_ff"]
         compare = [*command, "compare", "--out", str(Path(folder, "out"))]
-        figures = {
+        return {
             "help": float(np.median([_elapsed([*command, "--help"], fresh) for _ in range(5)])),
             "first_compare": _elapsed(compare, fresh),
             "later_compare": float(np.median([_elapsed(compare, fresh) for _ in range(3)])),
             "first_step": float(np.median([_elapsed([sys.executable, "-c", FIRST_STEP], fresh) for _ in range(5)])),
         }
-    return {"": {"row": "command line"}, **{name: figures if name == "adaptive" else {} for name in controllers}}
 
 
 REPLAYED = 1_000_000  # samples at 1 kHz of the log that is replayed
@@ -154,8 +158,8 @@ AdaptiveController(1200.0, 5000.0, 0.01, **joint).step(0.1, 0.0)
 """
 
 
-def run_sweep(controllers: list[str]) -> Found:
-    """Time a sweep of joints with one worker, two threads and two processes; all under ``adaptive``."""
+def sweeping() -> dict[str, float]:
+    """Time a sweep of joints with one worker, two threads and two processes."""
     draw, names = partial(run_draw, load_scenario(), 1, {}), ["pi", "oracle", "adaptive"]
     cases = {str(number): number for number in range(DRAWS)}
     ways = {"one": (1, False), "threads": (2, True), "processes": (2, False)}
@@ -165,12 +169,14 @@ def run_sweep(controllers: list[str]) -> Found:
 
     times = in_turn({name: partial(sweep, *way) for name, way in ways.items()}, 3)
     figures = {name: one["median"] for name, one in times.items()}
-    figures |= {"ratio": figures["threads"] / figures["one"], "of_processes": figures["processes"] / figures["one"]}
-    return {"": {"row": "a sweep"}, **{name: figures if name == "adaptive" else {} for name in controllers}}
+    return figures | {
+        "ratio": figures["threads"] / figures["one"],
+        "of_processes": figures["processes"] / figures["one"],
+    }
 
 
-def run_installed(controllers: list[str]) -> Found:
-    """Measure what is installed with the package, MB; all under ``adaptive``."""
+def installed() -> dict[str, float]:
+    """Measure what is installed with the package, MB."""
     pending, known, total = ["adaptive-ff"], set(), 0
     while pending:
         name = pending.pop()
@@ -181,8 +187,7 @@ def run_installed(controllers: list[str]) -> Found:
                 files = (Path(str(file.locate())) for file in found.files or ())
                 total += sum(file.stat().st_size for file in files if file.is_file())
                 pending += [re.split(r"[^\w.-]", line)[0] for line in found.requires or () if "extra ==" not in line]
-    figures = {"megabytes": total / 1e6}
-    return {"": {"row": "installed"}, **{name: figures if name == "adaptive" else {} for name in controllers}}
+    return {"megabytes": total / 1e6}
 
 
 def _elapsed(command: list[str], environment: dict[str, str]) -> float:
@@ -191,7 +196,7 @@ def _elapsed(command: list[str], environment: dict[str, str]) -> float:
     return time.perf_counter() - begin
 
 
-def run_log(controllers: list[str]) -> Found:
+def log_read() -> dict[str, float]:
     """Measure the peak of the memory that reading a CSV log takes, over the size of its columns."""
     with tempfile.TemporaryDirectory() as folder:
         path, time_ = Path(folder) / "log.csv", 0.001 * np.arange(ROWS)
@@ -201,11 +206,10 @@ def run_log(controllers: list[str]) -> Found:
         read_log(path, time="t", position="q", torque="u")
         peak = tracemalloc.get_traced_memory()[1]
         tracemalloc.stop()
-    figures = {"memory": peak / (3 * 8 * ROWS)}
-    return {"": {"row": "reading a log"}, **{name: figures if name == "adaptive" else {} for name in controllers}}
+    return {"memory": peak / (3 * 8 * ROWS)}
 
 
-def run_replay(controllers: list[str]) -> Found:
+def replayed() -> dict[str, float]:
     """Time the replay of a log of a joint in closed form, a whole process, and its peak memory over the log's size."""
     with tempfile.TemporaryDirectory() as folder:
         path, time_ = Path(folder) / "log.npz", 0.001 * np.arange(REPLAYED)
@@ -217,10 +221,8 @@ def run_replay(controllers: list[str]) -> Found:
         command = [sys.executable, "-c", REPLAY, "replay", str(path), "--out", str(Path(folder, "out"))]
         begin = time.perf_counter()
         done = subprocess.run(command, check=True, capture_output=True, text=True)
-        figures = {"median": time.perf_counter() - begin}
-        figures["memory"] = 1024.0 * float(done.stdout.splitlines()[-1]) / path.stat().st_size
-    row = f"replay of {REPLAYED} samples"
-    return {"": {"row": row}, **{name: figures if name == "adaptive" else {} for name in controllers}}
+        spent = time.perf_counter() - begin
+        return {"median": spent, "memory": 1024.0 * float(done.stdout.splitlines()[-1]) / path.stat().st_size}
 
 
 def measurements(count: int = 1, first: int = 1) -> list[Case]:
@@ -234,10 +236,10 @@ def measurements(count: int = 1, first: int = 1) -> list[Case]:
         "step": run_step,
         **{f"group {joints}": partial(run_group, joints) for joints in JOINTS},
         **{row: partial(run_runs, row, scenario) for row, scenario in runs.items()},
-        "commands": run_commands,
-        "log": run_log,
-        "replay": run_replay,
-        "sweep": run_sweep,
-        "installed": run_installed,
+        "commands": partial(of_adaptive, "command line", commands),
+        "log": partial(of_adaptive, "reading a log", log_read),
+        "replay": partial(of_adaptive, f"replay of {REPLAYED} samples", replayed),
+        "sweep": partial(of_adaptive, "a sweep", sweeping),
+        "installed": partial(of_adaptive, "installed", installed),
     }
     return [Case(f"{name}/{seed}", seed, run) for name, run in made.items() for seed in range(first, first + count)]

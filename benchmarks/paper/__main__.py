@@ -9,11 +9,10 @@ from typing import Annotated, Any
 
 import typer
 from rich.box import SIMPLE
-from rich.console import Console
 from rich.markup import escape
-from rich.progress import BarColumn, Progress, TextColumn
 from rich.table import Table
 
+from adaptive_ff.cli.output import error_console, progress_bars
 from adaptive_ff.errors import InputError
 from adaptive_ff.files import staged, write_json
 from adaptive_ff.report.style import stamp, write_figures
@@ -37,17 +36,10 @@ SOURCE = "seed 1, python -m benchmarks.paper"  # what stands below each picture
 BAD_INPUT = 2
 
 
-def run_all(console: Console) -> list[Experiment]:
+def run_all() -> list[Experiment]:
     """Run every experiment and show progress on a terminal."""
-    found = []
-    columns = (TextColumn("{task.description}"), BarColumn())
-    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as progress:
-        task = progress.add_task("", total=len(EXPERIMENTS))
-        for name, run in EXPERIMENTS.items():
-            progress.update(task, description=name)
-            found.append(run())
-            progress.advance(task)
-    return found
+    with progress_bars(error_console()) as bars:
+        return [run() for run in bars.track(EXPERIMENTS.values(), description="experiments")]
 
 
 def table_of(experiments: list[Experiment]) -> Table:
@@ -89,14 +81,14 @@ def tally(experiments: list[Experiment]) -> dict[str, int]:
     return {"targets_met": verdicts.count(True), "targets_missed": verdicts.count(False)}
 
 
-def run_and_write(out: Path, json: Path | None, errors: Console) -> list[Experiment]:
+def run_and_write(out: Path, json: Path | None) -> list[Experiment]:
     """Run every experiment; write figures and JSON, all or none, after a check that they can be written."""
     with ExitStack() as stack:
         beside = None if json is None else stack.enter_context(staged(json.parent))
         stage = stack.enter_context(staged(out))
         if json is not None and json.is_dir():
             raise InputError(f"{json}: cannot be written: it is a folder")
-        experiments = run_all(errors)
+        experiments = run_all()
         for experiment in experiments:
             stamp(experiment.figures.values(), SOURCE)
             write_figures(experiment.figures, stage, ["png"])
@@ -113,7 +105,7 @@ def main(
     started = time.perf_counter()
     console = wide_console()
     try:
-        experiments = run_and_write(out, json, Console(stderr=True))
+        experiments = run_and_write(out, json)
     except InputError as error:
         print(f"benchmarks.paper: {error}", file=sys.stderr)
         raise typer.Exit(BAD_INPUT) from error

@@ -14,7 +14,7 @@ from adaptive_ff.friction.model import TorqueModel
 from adaptive_ff.learning.batch import Array
 from benchmarks.paper import robot_figures
 from benchmarks.paper.data import MORE_SEEDS, SEED, TRUE, rms
-from benchmarks.paper.experiment import Experiment, Row, median_and_range, median_deviation
+from benchmarks.paper.experiment import Experiment, Row, median_and_range, median_deviation, notes
 from benchmarks.paper.identification import model_of
 from benchmarks.paper.robot import (
     CURRENT_STEP,
@@ -63,7 +63,7 @@ def run() -> Experiment:
         "figure_10": robot_figures.figure_10(record),
         **{draw.__name__: draw(*watched[SEED]) for draw in DRAWN},
     }
-    return Experiment("Sections V-B to V-E, Figs 7, 9 to 12: closed loop", rows, list(NOTES), figures)
+    return Experiment("Sections V-B to V-E, Figs 7, 9 to 12: closed loop", rows, notes("closed_loop"), figures)
 
 
 def data_rows(record: Drive) -> list[Row]:
@@ -173,18 +173,3 @@ def control_rows(watched: dict[int, Watched]) -> list[Row]:
         )
         for name in found[0]
     ]
-
-
-NOTES = (
-    "Agrees: the velocity that RLS at lambda 0.85 gives with coefficients that know the sample lies closer to the "
-    "measurement than the offline fit, on every seed; b0 and b1 fluctuate.",
-    "Cannot be known: parameter values, K, resolution, noise, length of the record, Vs and delta (the paper prints "
-    "none, and the robot's data were never published); whether Figs 9 and 11 show predictions one sample ahead or "
-    "free runs, a-priori or a-posteriori. Chosen here: see the constants of benchmarks.paper.robot.",
-    "Fig. 11: the a-priori error of RLS, which (10) defines and which alone is a prediction, is larger than that of "
-    "the offline fit. The a-posteriori error is smaller, but below the noise of the sensor: six coefficients with a "
-    "memory of 1/(1 - lambda) = 6.7 samples repeat the noise.",
-    "For control: coefficients by RLS stand for a possible joint in few samples; fed forward as they are learnt they "
-    "make the loop several times worse than PI alone, and the offline fit makes it worse as well. The torque form with "
-    "its gate gives as good a feedforward as the true parameters, from the same data.",
-)

@@ -1,7 +1,9 @@
 """What an experiment hands over to the command that prints it, and figures of many seeds in a few words."""
 
+import tomllib
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -42,6 +44,11 @@ class Experiment:
     rows: list[Row]
     notes: list[str] = field(default_factory=list)
     figures: dict[str, Figure] = field(default_factory=dict)
+
+
+def notes(experiment: str) -> list[str]:
+    """Return the notes on an experiment by the name of its module."""
+    return list(tomllib.loads(Path(__file__).with_name("notes.toml").read_text(encoding="utf-8"))[experiment])
 
 
 def median_and_range(values: Sequence[float], digits: int = 2) -> str:

@@ -16,7 +16,7 @@ from adaptive_ff.friction.model import ESTIMATED, TorqueModel
 from adaptive_ff.learning.batch_least_squares import Array
 from adaptive_ff.learning.series import SeriesCoefficients, series_coefficients, write_physical
 from benchmarks.paper.data import PERIOD, SEED, SYMBOLS, TRUE, rms, simulate_noise
-from benchmarks.paper.experiment import Experiment, Row
+from benchmarks.paper.experiment import Experiment, Row, notes
 from benchmarks.paper.identification import series, series_one_step
 
 MILLISECOND = 1e-3  # s
@@ -80,7 +80,7 @@ def run() -> Experiment:
         error = rms(series_one_step(coefficients, data.velocity, data.acting))
         rows.append(Row(f"(4) of the true joint, {name}: one-step error on Fig. 4, mrad/s rms", 1e3 * error))
     rows.append(Row("velocity itself, mrad/s rms", 1e3 * rms(data.velocity)))
-    return Experiment("Section III: misprints of a1, b0 and b1", rows, list(NOTES))
+    return Experiment("Section III: misprints of a1, b0 and b1", rows, notes("misprints"))
 
 
 def consistency_rows() -> list[Row]:
@@ -116,17 +116,3 @@ def joint_rows(fitted: Array) -> list[Row]:
 def in_words(parameters: dict[str, float]) -> str:
     """Return physical parameters as a line of text, SI units."""
     return ", ".join(f"{parameters[name]:.4g}" for name in ESTIMATED)
-
-
-NOTES = (
-    "The printed a1 cannot be right: without friction and torque a constant velocity must solve (4), so a1 - a2 = 1.",
-    "The printed b0 and b1 cannot be right: their ratio tau/(1 + tau) depends on the unit of time.",
-    "The misprints touch no figure of the paper: least squares finds the coefficients of (4) themselves, and Fig. 12 "
-    "shows those. They mislead whoever maps coefficients to a joint: from exact coefficients the friction torques "
-    "come out right, the inertia too large by J tau/Ts, the viscous coefficient too small by J tau/Ts^2 (negative), "
-    "the lag too large by 1/Ts with Ts in s. The map is over-determined by one, so the error shows: J tau also "
-    "follows from a2, which is right.",
-    "Smaller slips: (8) lacks the square (its minimiser is the same); the prediction below (10) is X'(k) P(k-1), not "
-    "u(k) x P(k-1).",
-    "What the author's own program computed cannot be known: no parameter values are printed.",
-)

@@ -12,7 +12,7 @@ from benchmarks.paper.data import (
     rms,
     simulate_noise,
 )
-from benchmarks.paper.experiment import Experiment, Row, limited
+from benchmarks.paper.experiment import Experiment, Row, limited, notes
 from benchmarks.paper.figures import figure_04
 from benchmarks.paper.identification import (
     filtered,
@@ -81,7 +81,7 @@ def run() -> Experiment:
     return Experiment(
         "Fig. 4, section IV-A: offline least squares",
         rows,
-        list(NOTES),
+        notes("offline"),
         {"figure_04": figure_04(data, *(found[name] for name in (SHIFTED, SLIDING, FILTERED)))},
     )
 
@@ -101,16 +101,3 @@ def prediction_rows(data: Data, found: dict[str, Identification]) -> list[Row]:
         for name, error in ((name, both[place]) for name, both in errors.items())
     ]
     return [*rows, Row("velocity itself, mrad/s rms", 1e3 * rms(velocity))]
-
-
-NOTES = (
-    "Agrees: the fit of (4) to all samples follows the simulated velocity closely, as in Fig. 4, one sample ahead "
-    "and, less closely, on its own.",
-    "Cannot be known: the paper prints no parameters of the joint, the noise or the fit, nor whether Fig. 4 shows a "
-    "one-step prediction or a free run; the joint and the noise here are this project's.",
-    "A response that fits does not make the parameters right: from all samples Fs is off by a quarter and more, "
-    "because (4) is false where the joint rests or reverses; the paper speaks of sliding only, but not of samples "
-    "left out of the fit.",
-    "The paper does not say which torque u(k) is. With a held torque it must be the one that acted over (k-1, k]; "
-    "with the one commanded at k most or all of the lag is lost, and much of Fs.",
-)

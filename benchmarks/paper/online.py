@@ -9,7 +9,7 @@ from adaptive_ff.learning.batch_least_squares import Array, fit_least_squares
 from adaptive_ff.learning.series import write_physical
 from adaptive_ff.learning.torque_form import TorqueForm
 from benchmarks.paper.data import MORE_SEEDS, PERIOD, SEED, TRUE, Data, in_words, rms, simulate_noise
-from benchmarks.paper.experiment import Experiment, Row, limited
+from benchmarks.paper.experiment import Experiment, Row, limited, notes
 from benchmarks.paper.figures import figure_05
 from benchmarks.paper.identification import (
     FIRST,
@@ -63,7 +63,7 @@ def run() -> Experiment:
     online = identify_online(data)
     rows = [*agreement_rows(data), *error_rows(data, online)]
     return Experiment(
-        "Fig. 5, section IV-B: recursive least squares", rows, list(NOTES), {"figure_05": figure_05(data, online)}
+        "Fig. 5, section IV-B: recursive least squares", rows, notes("online"), {"figure_05": figure_05(data, online)}
     )
 
 
@@ -130,13 +130,3 @@ def online_ratios(data: Data, online: Online | None = None) -> tuple[float, floa
     late = data.time > TRANSIENT
     naive = rms(np.append(0.0, np.diff(data.velocity))[late])
     return rms(online.series_errors[late]) / naive, rms(online.form_errors[late]) / naive
-
-
-NOTES = (
-    "Agrees: from zero and with a large R0 the prediction follows the velocity, and its transients are over well "
-    "before 4 s; the coefficients go on moving.",
-    "Cannot be known: the paper gives neither lambda nor R0 for Fig. 5; here lambda = 1 and R0 = 1e6.",
-    "The naive predictor is a low bar: at 10 ms the velocity hardly changes from sample to sample, and the free run of "
-    "the same estimate is an order of magnitude worse than its one-step prediction.",
-    "The estimate converges to the offline fit of (4) to all samples, hence to wrong physical parameters.",
-)

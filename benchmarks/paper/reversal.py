@@ -10,7 +10,7 @@ import numpy as np
 from adaptive_ff.learning.batch import Mask
 from adaptive_ff.learning.batch_least_squares import Array
 from benchmarks.paper.data import PERIOD, SEED, TRUE, Data, rms, simulate_noise
-from benchmarks.paper.experiment import Experiment, Row
+from benchmarks.paper.experiment import Experiment, Row, notes
 from benchmarks.paper.figures import figure_03
 from benchmarks.paper.identification import FIRST, filtered, model_one_step, series, series_one_step
 
@@ -52,7 +52,7 @@ def run() -> Experiment:
     closed = "closed form: friction keeps the old sign to the end of the period, mrad/s rms"
     rows.append(Row(closed, 1e3 * old_sign_error()))
     title = "Fig. 3, section III: sign of friction at reversal"
-    return Experiment(title, rows, list(NOTES), {"figure_03": figure_03([one.speed for one in found], found)})
+    return Experiment(title, rows, notes("reversal"), {"figure_03": figure_03([one.speed for one in found], found)})
 
 
 def kinds_of(velocity: Array) -> dict[str, Mask]:
@@ -86,12 +86,3 @@ def old_sign_error() -> float:
     time = PERIOD * (np.arange(10_000) + 0.5) / 10_000
     lag = TRUE.friction_lag
     return rms(2.0 * TRUE.stiction / TRUE.inertia * (time - lag * (1.0 - np.exp(-time / lag))))
-
-
-NOTES = (
-    "Agrees: the friction of w(k-1) has the wrong sign for one sample at each reversal, and that sample and the next "
-    "are where sliding data contradict (4).",
-    "Against the paper: the size of that error does not depend on the speed of reversal; it is about what friction of "
-    "the old sign until the end of the period makes in closed form. What slow reversals bring is standstill, where (4) "
-    "knows no friction at all: there nearly all of the error lies.",
-)

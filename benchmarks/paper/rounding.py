@@ -7,7 +7,7 @@ import numpy as np
 from adaptive_ff.learning.batch_least_squares import Array
 from adaptive_ff.learning.rls import RLSState, update_rls_in_place, write_projection
 from benchmarks.paper.data import PERIOD, SEED, TRUE, rms, simulate_noise
-from benchmarks.paper.experiment import Experiment, Row
+from benchmarks.paper.experiment import Experiment, Row, notes
 from benchmarks.paper.identification import regression
 from controllers import compiled
 
@@ -156,7 +156,7 @@ def run() -> Experiment:
     for form in FORMS:
         broken = watch(form, rows, outputs, COVARIANCE).indefinite()
         table.append(Row(f"{form}, constant speed: indefinite after, s", broken))
-    return Experiment(f"(13), section IV-B: rounding, lambda = {FORGETTING_FACTOR:g}", table, list(NOTES))
+    return Experiment(f"(13), section IV-B: rounding, lambda = {FORGETTING_FACTOR:g}", table, notes("rounding"))
 
 
 def growth_per_sample(history: History) -> float:
@@ -164,12 +164,3 @@ def growth_per_sample(history: History) -> float:
     small = np.flatnonzero(history.asymmetry > 1e-3)[0]
     values = np.log(history.asymmetry[:small])
     return float(np.exp(np.polyfit(BLOCK * np.arange(small), values, 1)[0]))
-
-
-NOTES = (
-    "(13) evaluated exactly as printed, a product of two matrices, does not diverge on these data: under excitation "
-    "its errors of rounding fade, and an hour passes with an asymmetry in the last digits.",
-    "What diverges under excitation is the usual economy of using gamma's R X for X'R: then nothing acts on an "
-    "asymmetry once it is there, and it grows by 1/lambda a sample from the first rounding on.",
-    "Without excitation every form winds up and becomes indefinite, the symmetric one too.",
-)

@@ -11,7 +11,7 @@ from adaptive_ff.learning.support_points import SupportPoints, support_points
 from adaptive_ff.simulation.experiment import build_plain_setup, empty_record
 from adaptive_ff.simulation.loop import run_compiled, start_position
 from benchmarks.paper.data import SEED, TRUE
-from benchmarks.paper.experiment import Experiment, Row
+from benchmarks.paper.experiment import Experiment, Row, notes
 from benchmarks.paper.figures import figure_08
 from controllers import PI
 from plant import sliding_friction
@@ -55,7 +55,7 @@ def run() -> Experiment:
     vague = 100.0 * float(np.mean([not one.determined for one in rough]))
     rows += [*study_rows(name, rough, targets=False), Row(f"{name}: said not to be determined, %", vague)]
     return Experiment(
-        "Fig. 8, section V-C: Stribeck curve", rows, list(NOTES), {"figure_08": figure_08(points, fit, fits)}
+        "Fig. 8, section V-C: Stribeck curve", rows, notes("stribeck"), {"figure_08": figure_08(points, fit, fits)}
     )
 
 
@@ -141,16 +141,3 @@ def coverage(fits: Sequence[StribeckFit], parameter: str) -> float:
     return 100.0 * float(
         np.mean([fit.estimates[parameter].lower <= true <= fit.estimates[parameter].upper for fit in fits])
     )
-
-
-NOTES = (
-    "Agrees with the paper: averaged support points of drives in both directions with their spread, and a curve "
-    "through them by Levenberg-Marquardt.",
-    "Cannot be known: the points, their number, the weights and the values of Vs and delta (the paper prints none).",
-    "Chosen here: 30 speeds in each direction, evenly spaced on a logarithmic scale from 5 to 350 mrad/s, 100 "
-    "readings of each; drives by the PI loop of 10 Hz at 100 Hz with velocity noise of 2 mrad/s, a reading every 50 "
-    "ms. In the study each reading has an error of 3 % of its torque, independent of the others.",
-    "Intervals are of the profile likelihood and take the scatter about the curve into account, so they stay honest "
-    "where the points scatter more than their readings say: with 3 % common to all readings of a drive, which "
-    "averaging does not remove, the error of Vs and delta is above the 10 % asked for, and the intervals say so.",
-)
