@@ -21,6 +21,9 @@ from controllers.checks import check_numbers
 REPORTED_AS = dict(zip(GRAVITY, ("gravity_sine", "gravity_cosine"), strict=True))
 """Names in an identification of what controllers call otherwise."""
 
+FRICTION = ("coulomb", "viscous", "stiction_excess")
+"""Friction of a simulated joint."""
+
 ASSUMED_LAG = 0.01
 """Friction lag where none is identified, s: fed too early friction throws a joint, too late it sticks a little."""
 
@@ -79,9 +82,9 @@ def torque_model(found: LogIdentification, torque_constant: float | None = None)
     scale = _torque_scale(found, torque_constant)
     if found.value("inertia") <= 0.0:
         raise InputError(f"{found.name}: the inertia is not identifiable, so there is no model of the joint")
-    coulomb, viscous = found.joint_friction
+    known = found.joint_parameters
+    coulomb, viscous, excess = (known[name].value if name in known else 0.0 for name in FRICTION)
     fast = float(abs(found.rows.velocity).max())
-    excess = max(0.0, found.value("stiction_excess"))
     return TorqueModel(
         inertia=scale * found.value("inertia"),
         coulomb=scale * coulomb,
@@ -104,7 +107,7 @@ def first_estimate(
     model, scale = torque_model(found, torque_constant), _torque_scale(found, torque_constant)
     values = model._asdict()
     values |= {name: scale * found.value(REPORTED_AS[name]) for name in GRAVITY if name in names}
-    known, spread = found.best.parameters, {}
+    known, spread = found.joint_parameters, {}
     normal = NormalDist().inv_cdf(0.5 + 0.5 * found.confidence)
     for name in names:
         one = known.get(REPORTED_AS.get(name, name))

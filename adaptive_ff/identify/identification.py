@@ -159,6 +159,7 @@ def _assembled(
         place=data.place,
         rows=Recording(prepared.time, prepared.position, prepared.velocity, prepared.torque, model),
         motion=max(prepared.rows, key=lambda rows: rows.time.size),
+        narrowed_by=selection.narrowed_by,
     )
 
 

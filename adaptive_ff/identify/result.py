@@ -3,6 +3,7 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -29,6 +30,9 @@ WIDE = 0.25
 
 NEEDED = ("inertia", "coulomb", "viscous")
 """What a simulated joint needs."""
+
+BEND = ("stribeck_velocity",)
+"""What the fall of friction from standstill adds."""
 
 
 class Parameter(NamedTuple):
@@ -116,6 +120,9 @@ class LogIdentification(Reported):
         Measured and modelled torque.
     motion : Rows
         The longest segment.
+    narrowed_by : dict of tuple
+        By parameter, whether rows of another ``speed`` or ``acceleration`` would narrow it most, and of how many times
+        the usual one.
     validation : float or None
         What the best model leaves of the torque that it was validated on, rms over rms.
     validated_on : str
@@ -141,6 +148,7 @@ class LogIdentification(Reported):
     place: Map
     rows: Recording
     motion: Rows
+    narrowed_by: dict[str, tuple[str, float]]
     validation: float | None = None
     validated_on: str = ""
     cautions: list[str] = field(default_factory=list)
@@ -165,15 +173,32 @@ class LogIdentification(Reported):
         return self.best.values.get(name, 0.0)
 
     @property
-    def joint_friction(self) -> tuple[float, float]:
-        """Coulomb and viscous friction of a joint that is simulated: of a curve that dips at low speed, its line."""
+    def joint_parameters(self) -> dict[str, Parameter]:
+        """Parameters of a joint that is simulated, with intervals: the best model's.
+
+        Of a curve that dips at low speed Coulomb and viscous friction are the textbook's, as no simulated joint dips.
+        """
         if self.value("stiction_excess") >= 0.0 and self.value("coulomb") >= 0.0:
-            return self.value("coulomb"), self.value("viscous")
-        velocity = self.rows.velocity
-        columns = np.column_stack([np.sign(velocity), velocity])
-        odd = {**self.best.values, ASYMMETRY: 0.0}
-        coulomb, viscous = np.linalg.lstsq(columns, static_friction(velocity, odd, self.best.model.shape))[0]
-        return max(0.0, float(coulomb)), max(0.0, float(viscous))
+            return self.best.parameters
+        dip = {name: one for name, one in self.best.parameters.items() if name not in ("stiction_excess", *BEND)}
+        return dip | {name: self.parameters[name] for name in ("coulomb", "viscous") if name in self.parameters}
+
+    @property
+    def source(self) -> str:
+        """Name of the log's file, without its folder."""
+        return " ".join(Path(self.name).name.split())
+
+    @property
+    def given(self) -> list[str]:
+        """Parameters of a controller that the log does not identify: they are given, or assumed."""
+        found = self.joint_parameters
+        known = {*found, *(["stiction"] if "stiction_excess" in found else [])}
+        return [name for name in (*NEEDED, "offset", "stiction", "friction_lag", *BEND) if name not in known]
+
+    @property
+    def identified(self) -> list[str]:
+        """Parameters of the best model, which the log identifies."""
+        return list(self.best.values)
 
     @property
     def linear(self) -> bool:
@@ -188,9 +213,9 @@ class LogIdentification(Reported):
 
     @property
     def vague(self) -> list[str]:
-        """Parameters of the best model whose interval is wide."""
-        found = self.best.parameters
-        return [name for name in NEEDED if name in found and found[name].half_width > WIDE]
+        """Parameters that a simulated joint needs whose interval is wide, in the textbook's or in the best model."""
+        models = self.parameters, self.best.parameters
+        return [name for name in NEEDED if any(name in one and one[name].half_width > WIDE for one in models)]
 
     @property
     def grade(self) -> str:
@@ -267,7 +292,11 @@ class LogIdentification(Reported):
             }
         )
         result |= {"left": self.textbook.left, "confidence": self.confidence, "verdict": self.grade}
+        result["given"], result["identified"] = self.given, self.identified
         result["unidentified"], result["vague"] = self.unidentified, self.vague
+        result["narrowed_by"] = {
+            name: {"motion": kind, "times": ratio} for name, (kind, ratio) in self.narrowed_by.items()
+        }
         result["validation"] = None if self.validation is None else {"on": self.validated_on, "left": self.validation}
         result["friction"] = {name: series.tolist() for name, series in self.friction_points().items()}
         result["bandwidth"], result["period"] = self.bandwidth, self.period

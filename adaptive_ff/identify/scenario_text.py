@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from adaptive_ff.errors import InputError
+from adaptive_ff.friction.model import TorqueModel
 from adaptive_ff.identify.columns import GRAVITY
 from adaptive_ff.identify.motion import Array
 from adaptive_ff.identify.result import ASYMMETRY, LogIdentification
@@ -90,18 +91,18 @@ def scenario_text(found: LogIdentification, reference: str) -> str:
         "adaptation": {
             "stribeck_velocity": joint["stribeck_velocity"],
             "memory": 5.0,
-            **({"identify": "gravity"} if "gravity" in joint else {}),
+            **_learnt(found, joint),
             **_mapped(found),
         },
         **_over_position(found),
-        "fixed": {name: joint[name] for name in ("inertia", "coulomb", "viscous")},
+        "fixed": {**{name: joint[name] for name in ("inertia", "coulomb")}, "viscous": _rounded(_model(found).viscous)},
     }
     return toml_text(content, _comments(found, joint), _head(found))
 
 
 def joint_fields(found: LogIdentification, period: float) -> dict[str, Any]:
     """Return the fields of a scenario's joint; the sampling period in s."""
-    model = found.torque_model(None if found.units["torque"] != "A" else 1.0)
+    model = _model(found)
     substeps = max(1, math.ceil(period / SOLVER_STEP - 1e-9))
     joint: dict[str, Any] = {"axis": "linear"} if found.linear else {}
     joint |= {name: _rounded(getattr(model, name)) for name in ("inertia", "coulomb", "stiction", "viscous")}
@@ -116,6 +117,17 @@ def joint_fields(found: LogIdentification, period: float) -> dict[str, Any]:
         joint |= {"gravity": _rounded(amplitude), "gravity_phase": _rounded(phase)}
     rest = {"friction_lag": _rounded(found.value("friction_lag")), "solver_period": _rounded(period / substeps)}
     return joint | (_on_bristles(found, joint, period / substeps) or rest)
+
+
+def _model(found: LogIdentification) -> TorqueModel:
+    return found.torque_model(None if found.units["torque"] != "A" else 1.0)
+
+
+def _learnt(found: LogIdentification, joint: dict[str, Any]) -> dict[str, str]:
+    """Return what a controller is to learn: gravity where the joint has some, and never on a linear axis."""
+    if found.linear:
+        return {"identify": "directions" if found.value(ASYMMETRY) else "offset"}
+    return {"identify": "gravity"} if "gravity" in joint else {}
 
 
 def _on_bristles(found: LogIdentification, joint: dict[str, Any], step: float) -> dict[str, Any] | None:
@@ -172,7 +184,7 @@ def _mapped(found: LogIdentification) -> dict[str, Any]:
 def _head(found: LogIdentification) -> list[str]:
     """Return the comments above the scenario."""
     lines = [
-        f"Joint identified from {' '.join(found.name.split())} in a band of {found.bandwidth:.3g} Hz: "
+        f"Joint identified from {found.source} in a band of {found.bandwidth:.3g} Hz: "
         f"{found.grade}, {100.0 * found.best.left:.2g} % of the torque left."
     ]
     left = left_out(found)
@@ -186,11 +198,13 @@ def _head(found: LogIdentification) -> list[str]:
 def _comments(found: LogIdentification, joint: dict[str, Any]) -> dict[str, str]:
     """Return how well each value is known, or that it is assumed, by its key."""
     bend = _interval(found, "stribeck_velocity")
+    mean = "mean of both directions: " if ASYMMETRY in found.best.values else ""
     gravity = "from " + " and ".join(f"{name} {found.value(name):.4g}" for name in GRAVITY if name in found.best.values)
     said = {
-        **{f"joint.{name}": _interval(found, name) for name in ("inertia", "coulomb", "viscous", "offset")},
+        **{f"joint.{name}": _interval(found, name) for name in ("inertia", "coulomb", "offset")},
+        "joint.viscous": mean + _interval(found, "viscous"),
         "joint.friction_lag": _interval(found, "friction_lag"),
-        "joint.viscous_backward": _interval(found, ASYMMETRY),
+        "joint.viscous_backward": "half of what both directions differ by: " + _interval(found, ASYMMETRY),
         "joint.stiffness": f"coulomb over a path of {found.value('path'):.4g}, {_interval(found, 'path')}",
         "joint.stiction": _interval(found, "stiction_excess") + " of what is above coulomb",
         "joint.stribeck_velocity": bend,
@@ -212,7 +226,7 @@ def _comments(found: LogIdentification, joint: dict[str, Any]) -> dict[str, str]
 
 def _interval(found: LogIdentification, name: str) -> str:
     """Say how well a parameter is known."""
-    one = found.best.parameters.get(name)
+    one = found.joint_parameters.get(name)
     if one is None:
         return "assumed: the log shows none"
     return f"{100.0 * found.confidence:g} % interval {one.lower:.4g} to {one.upper:.4g}"

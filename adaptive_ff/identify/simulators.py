@@ -63,7 +63,7 @@ def simulator_text(found: LogIdentification, kind: str, *, gear_ratio: float = 1
     if kind not in SIMULATORS:
         raise InputError(f"simulator {kind!r} is not known; allowed: {', '.join(SIMULATORS)}")
     joint = numbers_of(found, gear_ratio)
-    lines = [f"Joint identified from {' '.join(found.name.split())}: {found.grade}."]
+    lines = [f"Joint identified from {found.source}: {found.grade}."]
     if found.units["torque"] == "A":
         lines.append("The torque of the log is a current: every number is per ampere; times the torque constant.")
     lines += _not_expressed(found, joint, kind)

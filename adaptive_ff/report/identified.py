@@ -7,11 +7,13 @@ from adaptive_ff.identify.result import CARE, GOOD, LEFT, WIDE, LogIdentificatio
 from adaptive_ff.identify.score import Score
 from adaptive_ff.identify.units import unit_of
 from adaptive_ff.report.table import Cell, Table, table
+from adaptive_ff.report.verdicts import parameters_line
 
 NAMES = {"viscous_asymmetry": "by direction", "stiction_excess": "stiction − coulomb", "torque_delay": "torque delay"}
 
-NARROWED = {"inertia": "faster changes of speed", "coulomb": "more reversals", "viscous": "higher speeds"}
-"""What of a motion narrows the interval of a parameter."""
+MORE = {"speed": "higher speeds", "acceleration": "faster changes of speed"}
+LESS = {"speed": "more motion at low speeds", "acceleration": "more motion at steady speeds"}
+"""What to record, by the motion that narrows an interval, more or less of it than is usual."""
 
 SCORES = {
     "follows": "the model follows the joint",
@@ -54,12 +56,11 @@ def verdict_lines(found: LogIdentification) -> list[str]:
         what = "most of the torque is something else" if left > LEFT[CARE] else "part of the torque is something else"
         reasons.append(f"{_percent(left)} of the torque are left: {what} (load, coupling, other axes)")
     if found.vague:
-        more = " and ".join(NARROWED[name] for name in found.vague)
-        reasons.append(f"{', '.join(found.vague)}: known to {WIDE:.0%} or worse; {more}, or a longer log, narrow that")
+        reasons.append(f"{', '.join(found.vague)}: known to {WIDE:.0%} or worse; {_narrowing(found)}")
     lines = [f"Verdict: {found.grade}" + (f"; {'; '.join(reasons)}." if reasons else ".")]
     if found.refined is not None:
         lines.append(f"Refined by {', '.join(found.taken)}; {_moved(found)}.")
-    return lines
+    return [*lines, parameters_line(found.given, found.identified)]
 
 
 def next_step(found: LogIdentification, folder: str, written: bool) -> str:
@@ -69,6 +70,14 @@ def next_step(found: LogIdentification, folder: str, written: bool) -> str:
     if not written or found.grade not in (GOOD, CARE):
         return "Next: give what is known of the load (--known-torque), or another column of the torque."
     return f"Next: adaptive-ff compare {shlex.quote(folder)}/scenario.toml, or --write mjcf,urdf,isaac,drake."
+
+
+def _narrowing(found: LogIdentification) -> str:
+    """Return which motion narrows the widest interval of those that a simulated joint needs."""
+    widest = max(found.vague, key=lambda name: found.best.parameters[name].half_width)
+    kind, times = found.narrowed_by[widest]
+    more = {True: MORE, False: LESS}[times > 1.0][kind]
+    return f"{more} narrow {widest} most ({times:.2g} times the usual {kind})"
 
 
 def details(found: LogIdentification) -> list[str]:

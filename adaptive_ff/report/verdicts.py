@@ -38,7 +38,7 @@ def comparison_lines(found: Verdict) -> list[str]:
     if found.limit is not None:
         what, step = LIMITS[found.limit]
         lines.append(f"Limit: {what}. Next: {step}.")
-    return [*lines, _parameters(found.given, found.identified, found.deviations)]
+    return [*lines, parameters_line(found.given, found.identified, found.deviations)]
 
 
 def bandwidth_lines(found: Mapping[str, Any]) -> list[str]:
@@ -69,10 +69,10 @@ def replay_lines(found: Mapping[str, Any]) -> list[str]:
     if found["over_recorded"] is not None and found["best"] != "recorded":
         first += f", {found['over_recorded']:.3g} times less than with the machine's own"
     step = "adaptive-ff identify, then export the controller with its scenario.toml"
-    return [f"{first} (second half). Next: {step}.", _parameters(found["given"], found["identified"])]
+    return [f"{first} (second half). Next: {step}.", parameters_line(found["given"], found["identified"])]
 
 
-def _parameters(
+def parameters_line(
     given: Sequence[str], identified: Sequence[str], deviations: Mapping[str, float | None] | None = None
 ) -> str:
     """Return which parameters are given, or stay as assumed, and the one of the others that is least certain."""

@@ -1,5 +1,7 @@
 """What was found is what is written: scenario, model, first estimate, simulators, open loop."""
 
+import re
+
 import mujoco
 import numpy as np
 import pytest
@@ -113,8 +115,8 @@ def of_mujoco():
 def test_joint_of_mujoco_gets_its_own_parameters_back(of_mujoco):
     found = of_mujoco[1]
     assert found.value("inertia") == pytest.approx(0.05 + 0.01 + 1.0 * 0.2**2, rel=0.03)
-    assert found.joint_friction[0] == pytest.approx(0.8, rel=0.03)
-    assert found.joint_friction[1] == pytest.approx(0.3, rel=0.03)
+    assert found.joint_parameters["coulomb"].value == pytest.approx(0.8, rel=0.03)
+    assert found.joint_parameters["viscous"].value == pytest.approx(0.3, rel=0.03)
     assert found.gravity[0] == pytest.approx(9.81 * 0.2, rel=0.03)
 
 
@@ -164,3 +166,26 @@ def test_motion_of_the_scenario_is_that_of_the_log():
     columns = reference_columns(identify_log(make_log()))
     inner = (columns["time"] > 1.0) & (columns["time"] < 29.0)
     assert columns["velocity"][inner] == pytest.approx(motion(columns["time"][inner])[1], abs=0.02)
+
+
+def test_comments_of_the_scenario_are_intervals_of_its_own_values():
+    """A dip at low speed is not simulated: the line through it is, with its own interval."""
+    found = identify_log(sines_log(lambda q, w: np.sign(w) * (0.8 - 0.5 * np.exp(-np.abs(w) / 0.4)))[0])
+    assert found.value("stiction_excess") < 0.0
+    for name in ("inertia", "coulomb", "viscous"):
+        (line,) = re.findall(
+            rf"^{name} = .* # .*", scenario_text(found, "reference.csv").partition("[sampling]")[0], re.M
+        )
+        value, low, high = (float(number) for number in re.findall(r"= (\S+) .*interval (\S+) to (\S+)", line)[0])
+        assert low < value < high
+
+
+def test_motion_that_narrows_an_interval_is_that_of_its_own_column():
+    log, _ = sines_log(lambda q, w: 0.8 * np.sign(w))
+    by = identify_log(log, linear=True).narrowed_by
+    assert by["viscous"][0] == "speed"
+    assert by["viscous"][1] > 1.0
+    assert by["coulomb"][0] == "speed"
+    assert by["coulomb"][1] < 1.0
+    assert by["inertia"][0] == "acceleration"
+    assert by["inertia"][1] > 1.0

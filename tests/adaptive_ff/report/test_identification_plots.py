@@ -70,7 +70,9 @@ def test_table_holds_textbook_and_refined(found, refined):
 
 
 def test_verdict_names_its_reasons_and_the_next_step(found, refined):
-    assert verdict_lines(found) == ["Verdict: good."]
+    assert verdict_lines(found) == ["Verdict: good.", "Not identified: stiction, friction_lag, stribeck_velocity."]
+    assert found.to_dict()["given"] == ["stiction", "friction_lag", "stribeck_velocity"]
+    assert found.to_dict()["identified"] == list(found.parameters)
     assert verdict_lines(refined)[1].startswith("Refined by stribeck; against the textbook inertia ")
     assert next_step(found, "out", written=True).startswith("Next: adaptive-ff compare out/scenario.toml")
     time = 0.005 * np.arange(8000)
