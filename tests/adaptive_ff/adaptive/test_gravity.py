@@ -130,12 +130,3 @@ def test_numbers_of_regressors_are_checked():
             make(regressors=2).step(0.0, 0.0, regressors=values)
     with pytest.raises(ValueError, match=r"^regressors is not allowed: PI"):
         PI(*GAINS, PERIOD).step(0.0, 0.0, regressors=[1.0])
-
-
-def test_compiled_and_plain_steps_agree():
-    compiled, plain = make(regressors=1), make(regressors=1).run_uncompiled()
-    arguments = {"load": weight, "position": known_position, "regressors": lambda t, q: [math.sin(2.0 * q)]}
-    arguments["inertia"] = lambda t, q: 20.0 + 5.0 * math.cos(q)
-    one = drive(compiled, reference_joint(), 0.0, 4.0, **arguments)
-    other = drive(plain, reference_joint(), 0.0, 4.0, **arguments)
-    np.testing.assert_allclose(one.torque, other.torque, rtol=1e-9, atol=1e-9)

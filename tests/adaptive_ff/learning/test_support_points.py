@@ -1,7 +1,6 @@
 import numpy as np
 import pytest
 
-from adaptive_ff.learning.stribeck import fit_stribeck
 from adaptive_ff.learning.support_points import support_points
 
 SPEEDS = np.geomspace(0.005, 0.35, 30)
@@ -66,17 +65,6 @@ def test_averaged_directions_are_free_of_an_offset():
     assert points.velocity == pytest.approx(SPEEDS)
     assert points.torque == pytest.approx(60.0 + 30.0 * np.exp(-SPEEDS / 0.05) + 80.0 * SPEEDS, rel=1e-5)
     assert points.count.tolist() == [100] * 30
-
-
-def test_averaged_and_joint_fit_agree():
-    points = support_points(*readings(7, 100, offset=-3.0))
-    joint = fit_stribeck(points.velocity, points.torque, points.standard_error)
-    mean = points.averaged_directions()
-    averaged = fit_stribeck(mean.velocity, mean.torque, mean.standard_error)
-    for name in ("coulomb", "stiction", "viscous", "stribeck_velocity", "stribeck_shape"):
-        first, second = joint.estimates[name], averaged.estimates[name]
-        assert abs(first.value - second.value) < 0.5 * first.standard_error
-        assert second.standard_error == pytest.approx(first.standard_error, rel=0.4)
 
 
 def test_averaging_needs_the_same_speeds_both_ways():
