@@ -1,111 +1,74 @@
 """What is simulated: friction laws, joints and their steps, sensors, drives, friction that changes."""
 
-from plant.actuator import Actuator, ActuatorParameters, lagged_torque, realise_torque, ripple_torque
-from plant.backlash import BacklashJoint, BacklashParameters, BacklashState, step_backlash
-from plant.change import UNCHANGED, JointChange, scaled_friction
-from plant.elastic import ElasticJoint, ElasticParameters, ElasticState, step_elastic
-from plant.elasto_plastic import (
-    ElastoPlasticJoint,
-    ElastoPlasticParameters,
-    ElastoPlasticState,
-    step_elasto_plastic,
-)
-from plant.friction import Stribeck, sliding_friction, steepest_fall, stribeck_decay
-from plant.gravity import Gravity, gravity_torque
-from plant.joint import FrictionFields, JointModel, whole_multiple
-from plant.kinds import AnyJoint, Joint, initial_state
-from plant.lugre import LuGreJoint, LuGreParameters, LuGreState, scaled_lugre, step_lugre
-from plant.maxwell import MaxwellJoint, MaxwellParameters, MaxwellState, RollingJoint, scaled_maxwell, step_maxwell
-from plant.registry import (
-    CHANGE_JOINT,
-    CHECK_PERIOD,
-    INITIAL_STATE,
-    READY_JOINT,
-    SCALE_JOINT,
-    SENSED_VELOCITY,
-    STEP_JOINT,
-    STEP_READY,
-)
-from plant.schedule import (
-    FrictionChange,
-    FrictionSchedule,
-    FrictionVariation,
-    check_factor,
-    friction_factor,
-    heated,
-    phase_change,
-    schedule,
-)
-from plant.sensor import AngleRipple, Sensor, encoder_reading, measured_angle, measured_speed
-from plant.step import JointParameters, JointState, scaled_joint, step_joint
+from types import ModuleType as _Module
 
-__all__ = [
-    "CHANGE_JOINT",
-    "CHECK_PERIOD",
-    "INITIAL_STATE",
-    "READY_JOINT",
-    "SCALE_JOINT",
-    "SENSED_VELOCITY",
-    "STEP_JOINT",
-    "STEP_READY",
-    "UNCHANGED",
-    "Actuator",
-    "ActuatorParameters",
-    "AngleRipple",
-    "AnyJoint",
-    "BacklashJoint",
-    "BacklashParameters",
-    "BacklashState",
-    "ElasticJoint",
-    "ElasticParameters",
-    "ElasticState",
-    "ElastoPlasticJoint",
-    "ElastoPlasticParameters",
-    "ElastoPlasticState",
-    "FrictionChange",
-    "FrictionFields",
-    "FrictionSchedule",
-    "FrictionVariation",
-    "Gravity",
-    "Joint",
-    "JointChange",
-    "JointModel",
-    "JointParameters",
-    "JointState",
-    "LuGreJoint",
-    "LuGreParameters",
-    "LuGreState",
-    "MaxwellJoint",
-    "MaxwellParameters",
-    "MaxwellState",
-    "RollingJoint",
-    "Sensor",
-    "Stribeck",
-    "check_factor",
-    "encoder_reading",
-    "friction_factor",
-    "gravity_torque",
-    "heated",
-    "initial_state",
-    "lagged_torque",
-    "measured_angle",
-    "measured_speed",
-    "phase_change",
-    "realise_torque",
-    "ripple_torque",
-    "scaled_friction",
-    "scaled_joint",
-    "scaled_lugre",
-    "scaled_maxwell",
-    "schedule",
-    "sliding_friction",
-    "steepest_fall",
-    "step_backlash",
-    "step_elastic",
-    "step_elasto_plastic",
-    "step_joint",
-    "step_lugre",
-    "step_maxwell",
-    "stribeck_decay",
-    "whole_multiple",
-]
+from plant.actuator import Actuator as Actuator
+from plant.actuator import ActuatorParameters as ActuatorParameters
+from plant.actuator import lagged_torque as lagged_torque
+from plant.actuator import realise_torque as realise_torque
+from plant.actuator import ripple_torque as ripple_torque
+from plant.backlash import BacklashJoint as BacklashJoint
+from plant.backlash import BacklashParameters as BacklashParameters
+from plant.backlash import BacklashState as BacklashState
+from plant.backlash import step_backlash as step_backlash
+from plant.change import UNCHANGED as UNCHANGED
+from plant.change import JointChange as JointChange
+from plant.change import scaled_friction as scaled_friction
+from plant.elastic import ElasticJoint as ElasticJoint
+from plant.elastic import ElasticParameters as ElasticParameters
+from plant.elastic import ElasticState as ElasticState
+from plant.elastic import step_elastic as step_elastic
+from plant.elasto_plastic import ElastoPlasticJoint as ElastoPlasticJoint
+from plant.elasto_plastic import ElastoPlasticParameters as ElastoPlasticParameters
+from plant.elasto_plastic import ElastoPlasticState as ElastoPlasticState
+from plant.elasto_plastic import step_elasto_plastic as step_elasto_plastic
+from plant.friction import Stribeck as Stribeck
+from plant.friction import sliding_friction as sliding_friction
+from plant.friction import steepest_fall as steepest_fall
+from plant.friction import stribeck_decay as stribeck_decay
+from plant.gravity import Gravity as Gravity
+from plant.gravity import gravity_torque as gravity_torque
+from plant.joint import FrictionFields as FrictionFields
+from plant.joint import JointModel as JointModel
+from plant.joint import whole_multiple as whole_multiple
+from plant.kinds import AnyJoint as AnyJoint
+from plant.kinds import Joint as Joint
+from plant.kinds import initial_state as initial_state
+from plant.lugre import LuGreJoint as LuGreJoint
+from plant.lugre import LuGreParameters as LuGreParameters
+from plant.lugre import LuGreState as LuGreState
+from plant.lugre import scaled_lugre as scaled_lugre
+from plant.lugre import step_lugre as step_lugre
+from plant.maxwell import MaxwellJoint as MaxwellJoint
+from plant.maxwell import MaxwellParameters as MaxwellParameters
+from plant.maxwell import MaxwellState as MaxwellState
+from plant.maxwell import RollingJoint as RollingJoint
+from plant.maxwell import scaled_maxwell as scaled_maxwell
+from plant.maxwell import step_maxwell as step_maxwell
+from plant.registry import CHANGE_JOINT as CHANGE_JOINT
+from plant.registry import CHECK_PERIOD as CHECK_PERIOD
+from plant.registry import INITIAL_STATE as INITIAL_STATE
+from plant.registry import READY_JOINT as READY_JOINT
+from plant.registry import SCALE_JOINT as SCALE_JOINT
+from plant.registry import SENSED_VELOCITY as SENSED_VELOCITY
+from plant.registry import STEP_JOINT as STEP_JOINT
+from plant.registry import STEP_READY as STEP_READY
+from plant.schedule import FrictionChange as FrictionChange
+from plant.schedule import FrictionSchedule as FrictionSchedule
+from plant.schedule import FrictionVariation as FrictionVariation
+from plant.schedule import check_factor as check_factor
+from plant.schedule import friction_factor as friction_factor
+from plant.schedule import heated as heated
+from plant.schedule import phase_change as phase_change
+from plant.schedule import schedule as schedule
+from plant.sensor import AngleRipple as AngleRipple
+from plant.sensor import Sensor as Sensor
+from plant.sensor import encoder_reading as encoder_reading
+from plant.sensor import measured_angle as measured_angle
+from plant.sensor import measured_speed as measured_speed
+from plant.step import JointParameters as JointParameters
+from plant.step import JointState as JointState
+from plant.step import scaled_joint as scaled_joint
+from plant.step import step_joint as step_joint
+
+__all__ = [name for name, item in list(globals().items()) if name[0] != "_" and not isinstance(item, _Module)]

@@ -10,7 +10,7 @@ its current.
 import math
 from typing import NamedTuple, Self
 
-from pydantic import ConfigDict, StrictBool, model_validator
+from pydantic import StrictBool, model_validator
 
 from plant.fields import NonNegative, Positive, Table
 
@@ -111,8 +111,6 @@ class Actuator(Table):
         Whether the controllers are told the torque that the drive gives, as they are by default; otherwise they know
         only what they asked for.
     """
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     torque_limit: Positive | None = None
     torque_resolution: NonNegative = 0.0

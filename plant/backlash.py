@@ -19,11 +19,8 @@ the step. Of first order in the period, as a piece that ends within a step is ta
 """
 
 import math
-from typing import Literal, NamedTuple, Self
+from typing import Literal, NamedTuple
 
-from pydantic import model_validator
-
-from plant.change import scaled_friction
 from plant.elastic import GearFields, changed_elastic, check_elastic_period, motor_and_link, sensed_elastic
 from plant.fields import NonNegative, Positive
 from plant.friction import Stribeck
@@ -202,22 +199,12 @@ class BacklashJoint(GearFields):
         Twist within which a reversal takes the hysteresis from zero to all of it, rad, positive.
     **fields
         As of :class:`plant.ElasticJoint`.
-
-    Raises
-    ------
-    pydantic.ValidationError
-        A field is missing, unknown, of the wrong type or out of range, or the solver period is too long.
     """
 
     kind: Literal["backlash"] = "backlash"
     gap: NonNegative
     hysteresis: NonNegative = 0.0
     hysteresis_reach: Positive = 0.001
-
-    @model_validator(mode="after")
-    def _check_period(self) -> Self:
-        check_backlash_period(self.parameters, self.solver_period)
-        return self
 
     @property
     def parameters(self) -> BacklashParameters:
@@ -240,9 +227,8 @@ register(
     BacklashParameters,
     BacklashState,
     step_backlash,
-    scaled=scaled_friction,
-    changed=changed_elastic,
-    initial=initial_backlash,
-    check_period=check_backlash_period,
+    initial_backlash,
+    check_backlash_period,
+    changed_elastic,
     sensed=sensed_elastic,
 )

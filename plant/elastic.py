@@ -15,11 +15,11 @@ Of first order in the period. The trapezoidal rule lowers a frequency ``omega`` 
 """
 
 import math
-from typing import Annotated, Any, Literal, NamedTuple, Self
+from typing import Annotated, Any, Literal, NamedTuple
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
-from plant.change import AnyParameters, JointChange, changed_friction, scaled_friction
+from plant.change import AnyParameters, JointChange, changed_friction
 from plant.fields import NonNegative, Positive
 from plant.friction import Stribeck
 from plant.joint import FrictionFields, check_unique_step, refuse_period
@@ -143,15 +143,12 @@ class GearFields(FrictionFields):
         Damping ``c`` of the spring, N m s/rad, zero or more.
     friction_lag : float, optional
         Friction lag ``tau`` of the motor's friction, s, zero or more.
-    solver_period : float, optional
-        Solver period ``h``, s, positive, short enough for the resonance and for the implicit step to have one solution.
     """
 
     link_share: Share
     link_stiffness: Positive
     link_damping: NonNegative = 0.0
     friction_lag: NonNegative = 0.0
-    solver_period: Positive = 0.001
 
     @property
     def motor_and_link(self) -> ElasticParameters:
@@ -178,19 +175,9 @@ class ElasticJoint(GearFields):
         Kind of joint.
     **fields
         Those of ``GearFields`` and of :class:`FrictionFields`; friction and offset act at the motor.
-
-    Raises
-    ------
-    pydantic.ValidationError
-        A field is missing, unknown, of the wrong type or out of range, or the solver period is too long.
     """
 
     kind: Literal["elastic"] = "elastic"
-
-    @model_validator(mode="after")
-    def _check_period(self) -> Self:
-        check_elastic_period(self.parameters, self.solver_period)
-        return self
 
     @property
     def parameters(self) -> ElasticParameters:
@@ -219,9 +206,8 @@ register(
     ElasticParameters,
     ElasticState,
     step_elastic,
-    scaled=scaled_friction,
-    changed=changed_elastic,
-    initial=initial_elastic,
-    check_period=check_elastic_period,
+    initial_elastic,
+    check_elastic_period,
+    changed_elastic,
     sensed=sensed_elastic,
 )

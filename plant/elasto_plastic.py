@@ -26,11 +26,8 @@ Discretised by the implicit Euler method, of first order in the period.
 """
 
 import math
-from typing import Literal, NamedTuple, Self
+from typing import Literal, NamedTuple
 
-from pydantic import model_validator
-
-from plant.change import scaled_friction
 from plant.fields import NonNegative, Positive
 from plant.friction import Stribeck, steepest_fall, yield_torque
 from plant.joint import (
@@ -194,27 +191,17 @@ class ElastoPlasticJoint(FrictionFields):
         Displacement after a reversal until the joint slides, rad, positive.
     friction_lag : float, optional
         Friction lag ``tau``, s, zero or more.
-    solver_period : float, optional
-        Solver period ``h``, s, positive, and short enough for the implicit step to have one solution.
     **fields
         Those of :class:`FrictionFields`; ``stribeck_shape`` is at least one.
-
-    Raises
-    ------
-    pydantic.ValidationError
-        A field is missing, unknown, of the wrong type or out of range, or the implicit step would not be unique.
     """
 
     kind: Literal["elasto_plastic"] = "elasto_plastic"
     presliding: Positive
     friction_lag: NonNegative = 0.0
-    solver_period: Positive = 0.001
 
-    @model_validator(mode="after")
-    def _check_step(self) -> Self:
+    def check_kind(self) -> None:
+        """Refuse a curve that falls infinitely steeply at rest."""
         check_gentle_at_rest(self)
-        check_elasto_plastic_period(self.parameters, self.solver_period)
-        return self
 
     @property
     def parameters(self) -> ElastoPlasticParameters:
@@ -232,16 +219,14 @@ def check_elasto_plastic_period(joint: ElastoPlasticParameters, period: float) -
     """
     falls = (steepest_fall(curve._replace(viscous=0.0)) for curve in (joint.friction, joint.backward))
     longest = longest_with_lag(longest_gentle_period(joint.inertia, falls), joint.friction_lag)
-    if period > longest:
-        refuse_period(period, longest, FALLING)
+    refuse_period(period, longest, FALLING)
 
 
 register(
     ElastoPlasticParameters,
     ElastoPlasticState,
     step_elasto_plastic,
-    scaled=scaled_friction,
-    changed=changed_joint,
-    initial=initial_elasto_plastic,
-    check_period=check_elasto_plastic_period,
+    initial_elasto_plastic,
+    check_elasto_plastic_period,
+    changed_joint,
 )

@@ -5,7 +5,7 @@ from collections.abc import Callable
 from types import UnionType
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Union, get_args, get_origin
 
-from pydantic import BaseModel, Field
+from pydantic import BaseModel, ConfigDict, Field
 
 if TYPE_CHECKING:
     from pydantic._internal._model_construction import ModelMetaclass
@@ -34,6 +34,8 @@ class _Quiet(ModelMetaclass):
 
 class Table(BaseModel, metaclass=_Quiet):
     """A table of a scenario: its fields are checked when it is made, and cannot be changed afterwards."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
 
     @classmethod
     def __pydantic_init_subclass__(cls, **kwargs: Any) -> None:

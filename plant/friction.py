@@ -36,24 +36,8 @@ def sliding_friction(friction: Stribeck, speed: float) -> float:
     return friction.coulomb + (friction.stiction - friction.coulomb) * decay + friction.viscous * speed  # (3)
 
 
-def sliding_friction_slope(friction: Stribeck, speed: float) -> float:
-    """Slope ``dF/d|w|`` in N m s/rad at a speed ``|w| > 0``."""
-    ratio = speed / friction.stribeck_velocity
-    decay = stribeck_decay(speed, friction.stribeck_velocity, friction.stribeck_shape)
-    if decay == 0.0:
-        return friction.viscous  # the power below could overflow
-    if friction.stribeck_shape == 1.0:
-        power = 1.0
-    elif friction.stribeck_shape == 2.0:
-        power = ratio
-    else:
-        power = ratio ** (friction.stribeck_shape - 1.0)
-    falling = (friction.stiction - friction.coulomb) * friction.stribeck_shape * power * decay
-    return friction.viscous - falling / friction.stribeck_velocity
-
-
 def sliding_friction_and_slope(friction: Stribeck, speed: float) -> tuple[float, float]:
-    """Return what the two functions above do, with one exponential instead of two."""
+    """Return friction magnitude (N m) and slope ``dF/d|w|`` (N m s/rad) of a joint that slides, at ``|w| > 0``."""
     ratio = speed / friction.stribeck_velocity
     decay = stribeck_decay(speed, friction.stribeck_velocity, friction.stribeck_shape)
     excess = friction.stiction - friction.coulomb
@@ -82,7 +66,7 @@ def steepest_fall(friction: Stribeck) -> float:
     if shape < 1.0:
         return math.inf
     ratio = ((shape - 1.0) / shape) ** (1.0 / shape) if shape > 1.0 else 0.0
-    return max(0.0, -sliding_friction_slope(friction, ratio * friction.stribeck_velocity))
+    return max(0.0, -sliding_friction_and_slope(friction, ratio * friction.stribeck_velocity)[1])
 
 
 def scaled(friction: Stribeck, factor: float) -> Stribeck:

@@ -2,15 +2,15 @@
 
 import math
 from collections.abc import Iterable
-from typing import Literal, NoReturn, Self
+from typing import Any, Literal, Self
 
-from pydantic import ConfigDict, model_validator
+from pydantic import model_validator
 
 from plant.checks import check_numbers, check_period
 from plant.fields import Finite, NonNegative, Positive, Table
 from plant.friction import Stribeck, sliding_friction, steepest_fall
 from plant.gravity import Gravity
-from plant.registry import READY_JOINT, STEP_READY, register
+from plant.registry import CHECK_PERIOD, READY_JOINT, STEP_READY, register
 from plant.step import (
     JointParameters,
     JointState,
@@ -18,7 +18,6 @@ from plant.step import (
     changed_joint,
     initial_joint,
     ready_joint,
-    scaled_joint,
     step_joint,
     step_ready_joint,
 )
@@ -67,10 +66,15 @@ class FrictionFields(Table):
     gravity_phase : float, optional
         Angle from the hanging weight to the position zero, rad.
     gear_ratio : float, optional
-        Turns of the motor in a turn of the joint. It changes nothing in the simulation; a controller may be told it.
-    """
+        Turns of the motor in a turn of the joint. It changes nothing in the simulation; a controller may be given it.
+    solver_period : float, optional
+        Solver period ``h``, s, positive, and short enough for the implicit step to have one solution.
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
+    Raises
+    ------
+    pydantic.ValidationError
+        A field is missing, unknown, of the wrong type or out of range, or the solver period is too long.
+    """
 
     kind: str
     inertia: Positive
@@ -87,25 +91,37 @@ class FrictionFields(Table):
     gravity: NonNegative = 0.0
     gravity_phase: Finite = 0.0
     gear_ratio: Positive | None = None
+    solver_period: Positive = 0.001
 
     @model_validator(mode="after")
-    def _check_gravity(self) -> Self:
+    def _check_joint(self) -> Self:
         if self.axis == "linear" and self.gravity > 0.0:
             raise ValueError(
                 f"gravity = {self.gravity:g} is not allowed for axis = 'linear': only a rotary axis has a torque that "
                 "varies with its position as a sine; the weight on a linear axis is its offset"
             )
-        return self
-
-    @model_validator(mode="after")
-    def _check_stiction(self) -> Self:
-        for curve, ending in ((self.friction, ""), (self.friction_backward, "_backward")):
+        for curve, ending in self.curves:
             if curve.stiction < curve.coulomb:
                 raise ValueError(
                     f"stiction{ending} = {curve.stiction:g} N m is less than coulomb{ending} = {curve.coulomb:g} N m; "
                     f"stiction{ending} must be at least coulomb{ending}"
                 )
+        self.check_kind()
+        CHECK_PERIOD[type(self.parameters)](self.parameters, self.solver_period)
         return self
+
+    def check_kind(self) -> None:
+        """Raise ``ValueError`` where fields of a kind do not go together."""
+
+    @property
+    def parameters(self) -> Any:
+        """The parameters as the step of the kind takes them."""
+        raise NotImplementedError
+
+    @property
+    def curves(self) -> tuple[tuple[Stribeck, str], ...]:
+        """The static friction map of each direction, and the ending of its fields' names."""
+        return (self.friction, ""), (self.friction_backward, "_backward")
 
     @property
     def weight(self) -> Gravity:
@@ -139,25 +155,12 @@ class JointModel(FrictionFields):
         Kind of joint.
     friction_lag : float, optional
         Friction lag ``tau``, s, zero or more.
-    solver_period : float, optional
-        Solver period ``h``, s, positive, and short enough for the implicit step to have one solution.
     **fields
         Those of :class:`FrictionFields`.
-
-    Raises
-    ------
-    pydantic.ValidationError
-        A field is missing, unknown, of the wrong type or out of range, or the implicit step would not be unique.
     """
 
     kind: Literal["stribeck"] = "stribeck"
     friction_lag: NonNegative = 0.0
-    solver_period: Positive = 0.001
-
-    @model_validator(mode="after")
-    def _check_unique_step(self) -> Self:
-        check_unique_step(self.parameters, self.solver_period)
-        return self
 
     @property
     def parameters(self) -> JointParameters:
@@ -174,10 +177,9 @@ def check_unique_step(joint: JointParameters, period: float) -> None:
     """
     kappa = period * period / (joint.inertia * (joint.friction_lag + period))
     limit = min(largest_kappa(joint.friction), largest_kappa(joint.backward))
-    if kappa < limit:
-        return
-    longest = longest_with_lag(limit * joint.inertia, joint.friction_lag)
-    refuse_period(period, longest, "the falling Stribeck curve leaves the implicit step more than one solution")
+    if not kappa < limit:
+        longest = longest_with_lag(limit * joint.inertia, joint.friction_lag)
+        refuse_period(period, longest, "the falling Stribeck curve leaves the implicit step more than one solution")
 
 
 def longest_with_lag(longest: float, lag: float) -> float:
@@ -195,9 +197,18 @@ def largest_kappa(friction: Stribeck) -> float:
     return jump / drop if drop > 0.0 else math.inf
 
 
+def check_coulomb(joint: FrictionFields) -> None:
+    """Refuse a curve without Coulomb friction, which elements or bristles that slide at no torque cannot carry."""
+    for curve, ending in joint.curves:
+        if curve.coulomb == 0.0:
+            raise ValueError(
+                f"coulomb{ending} = 0 N m is not allowed for a joint of the kind {joint.kind!r}: it must be positive"
+            )
+
+
 def check_gentle_at_rest(joint: FrictionFields) -> None:
     """Refuse a Stribeck curve that falls infinitely steeply at rest, where a joint can only creep."""
-    if math.isinf(steepest_fall(joint.friction)) or math.isinf(steepest_fall(joint.friction_backward)):
+    if any(math.isinf(steepest_fall(curve)) for curve, _ in joint.curves):
         raise ValueError(
             f"stribeck_shape = {joint.stribeck_shape:g} is not allowed for a joint of the kind {joint.kind!r}: it must "
             "be at least 1, or stiction equal to coulomb, since the curve falls infinitely steeply at rest"
@@ -210,12 +221,13 @@ def longest_gentle_period(inertia: float, falls: Iterable[float]) -> float:
     return LARGEST_FALL * inertia / fall if fall > 0.0 else math.inf
 
 
-def refuse_period(period: float, longest: float, reason: str) -> NoReturn:
-    """Refuse a solver period for a reason, naming the longest one (s) that is allowed."""
-    raise ValueError(
-        f"solver_period = {period:g} s is too long for this joint: beyond {longest:.6g} s {reason}; use a shorter "
-        "solver_period"
-    )
+def refuse_period(period: float, longest: float, reason: str) -> None:
+    """Raise ``ValueError`` for a solver period beyond the longest one (s), with the reason why it is that."""
+    if period > longest:
+        raise ValueError(
+            f"solver_period = {period:g} s is too long for this joint: beyond {longest:.6g} s {reason}; use a shorter "
+            "solver_period"
+        )
 
 
 def whole_multiple(duration: float, period: float) -> int | None:
@@ -236,13 +248,5 @@ def whole_multiple(duration: float, period: float) -> int | None:
     return round(ratio)
 
 
-register(
-    JointParameters,
-    JointState,
-    step_joint,
-    scaled=scaled_joint,
-    changed=changed_joint,
-    initial=initial_joint,
-    check_period=check_unique_step,
-)
+register(JointParameters, JointState, step_joint, initial_joint, check_unique_step, changed_joint)
 READY_JOINT[JointParameters], STEP_READY[ReadyJoint] = ready_joint, step_ready_joint

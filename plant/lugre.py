@@ -28,15 +28,14 @@ Friction Models", 2002).
 """
 
 import math
-from typing import Literal, NamedTuple, Self
+from typing import Literal, NamedTuple
 
 import numpy as np
-from pydantic import model_validator
 
 from plant.change import JointChange, changed_friction, scaled_friction
 from plant.fields import NonNegative, Positive
 from plant.friction import Stribeck, yield_torque
-from plant.joint import LARGEST_FALL, FrictionFields, refuse_period
+from plant.joint import LARGEST_FALL, FrictionFields, check_coulomb, refuse_period
 from plant.registry import register
 from plant.sliding import MAXIMUM_ITERATIONS, next_speed
 from plant.step import friction_at
@@ -188,46 +187,22 @@ class LuGreJoint(FrictionFields):
     damping : float, optional
         Damping ``sigma1`` of the bristles at rest, N m s/rad, zero or more; it fades with speed as ``exp(-(w/Vs)^2)``.
         By default the bristles are critically damped, ``sigma1 + sigma2 = 2 sqrt(sigma0 J)``, as far as is allowed.
-    solver_period : float, optional
-        Solver period ``h``, s, positive, and short enough for the implicit step to have one solution.
     **fields
         Those of :class:`FrictionFields`; ``coulomb`` of either direction is positive.
-
-    Raises
-    ------
-    pydantic.ValidationError
-        A field is missing, unknown, of the wrong type or out of range, friction could give energy, or the implicit step
-        would not be unique.
     """
 
     kind: Literal["lugre"] = "lugre"
     stiffness: Positive
     damping: NonNegative | None = None
-    solver_period: Positive = 0.001
 
-    @model_validator(mode="after")
-    def _check_coulomb(self) -> Self:
-        for curve, ending in ((self.friction, ""), (self.friction_backward, "_backward")):
-            if curve.coulomb == 0.0:
-                raise ValueError(
-                    f"coulomb{ending} = 0 N m is not allowed for a LuGre joint: it must be positive, since bristles "
-                    "that slide at no torque cannot bend"
-                )
-        return self
-
-    @model_validator(mode="after")
-    def _check_passive(self) -> Self:
+    def check_kind(self) -> None:
+        """Refuse curves that bristles cannot carry, and damping that could give energy."""
+        check_coulomb(self)
         if self.damping is not None and self.damping > self._most_damping:
             raise ValueError(
                 f"damping = {self.damping:g} N m s/rad is not allowed: it must be at most {self._most_damping:.6g} "
                 "N m s/rad (9.33 coulomb/stribeck_velocity), or friction could give energy"
             )
-        return self
-
-    @model_validator(mode="after")
-    def _check_unique_step(self) -> Self:
-        check_lugre_period(self.parameters, self.solver_period)
-        return self
 
     @property
     def _most_damping(self) -> float:
@@ -252,18 +227,16 @@ def check_lugre_period(joint: LuGreParameters, period: float) -> None:
     :func:`steepest_fall_in_a_step`. Half of that is allowed, so that the grid on which the fall is looked for does not
     matter and the root can be bracketed.
     """
-    if _is_unique(joint, period):
-        return
-    short, long = 0.0, period
-    for _ in range(60):
-        middle = 0.5 * (short + long)
-        short, long = (middle, long) if _is_unique(joint, middle) else (short, middle)
-    reason = "its stiffness and damping could leave the implicit step more than one solution"
-    refuse_period(period, short, reason)
 
+    def is_unique(tried: float) -> bool:
+        return steepest_fall_in_a_step(joint, tried) <= LARGEST_FALL * joint.inertia / tried
 
-def _is_unique(joint: LuGreParameters, period: float) -> bool:
-    return steepest_fall_in_a_step(joint, period) <= LARGEST_FALL * joint.inertia / period
+    if not is_unique(period):
+        short, long = 0.0, period
+        for _ in range(60):
+            middle = 0.5 * (short + long)
+            short, long = (middle, long) if is_unique(middle) else (short, middle)
+        refuse_period(period, short, "its stiffness and damping could leave the implicit step more than one solution")
 
 
 def steepest_fall_in_a_step(joint: LuGreParameters, period: float) -> float:
@@ -286,12 +259,4 @@ def steepest_fall_in_a_step(joint: LuGreParameters, period: float) -> float:
     return worst
 
 
-register(
-    LuGreParameters,
-    LuGreState,
-    step_lugre,
-    scaled=scaled_lugre,
-    changed=changed_lugre,
-    initial=initial_lugre,
-    check_period=check_lugre_period,
-)
+register(LuGreParameters, LuGreState, step_lugre, initial_lugre, check_lugre_period, changed_lugre, scaled_lugre)

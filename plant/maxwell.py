@@ -22,14 +22,21 @@ speed after the step but for the fall of ``g``; one scalar equation in that spee
 import math
 from collections.abc import Iterable
 from itertools import pairwise
-from typing import Annotated, Literal, NamedTuple, Self
+from typing import Annotated, Literal, NamedTuple
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from plant.change import JointChange, changed_friction, scaled_friction
 from plant.fields import Positive
 from plant.friction import Stribeck, steepest_fall, yield_torque
-from plant.joint import FALLING, FrictionFields, check_gentle_at_rest, longest_gentle_period, refuse_period
+from plant.joint import (
+    FALLING,
+    FrictionFields,
+    check_coulomb,
+    check_gentle_at_rest,
+    longest_gentle_period,
+    refuse_period,
+)
 from plant.registry import register
 from plant.sliding import MAXIMUM_ITERATIONS, next_speed
 from plant.step import friction_at
@@ -225,26 +232,12 @@ KNOTS = (1.0 / 16.0, 1.0 / 4.0, 9.0 / 16.0, 1.0)
 
 
 class SlipFields(FrictionFields):
-    """What both kinds of joints with Maxwell-slip friction have, beside the fields of every joint.
+    """What both kinds of joints with Maxwell-slip friction have, beside the fields of every joint."""
 
-    Parameters
-    ----------
-    solver_period : float, optional
-        Solver period ``h``, s, positive, and short enough for the implicit step to have one solution.
-    """
-
-    solver_period: Positive = 0.001
-
-    @model_validator(mode="after")
-    def _check_curve(self) -> Self:
-        for curve, ending in ((self.friction, ""), (self.friction_backward, "_backward")):
-            if curve.coulomb == 0.0:
-                raise ValueError(
-                    f"coulomb{ending} = 0 N m is not allowed for a joint whose friction is carried by elements: it "
-                    "must be positive"
-                )
+    def check_kind(self) -> None:
+        """Refuse curves that elements cannot carry."""
+        check_coulomb(self)
         check_gentle_at_rest(self)
-        return self
 
     def _elements(self, shares: Four, displacements: Four, relaxation: float) -> MaxwellParameters:
         torques = (share * self.stiction for share in shares)
@@ -270,11 +263,6 @@ class MaxwellJoint(SlipFields):
         ``C``, N m/s, positive: how fast a slipping element follows the Stribeck curve. By default at once.
     **fields
         Those of :class:`SlipFields`; ``coulomb`` of either direction is positive, ``stribeck_shape`` at least one.
-
-    Raises
-    ------
-    pydantic.ValidationError
-        A field is missing, unknown, of the wrong type or out of range, or the implicit step would not be unique.
     """
 
     kind: Literal["maxwell"] = "maxwell"
@@ -282,14 +270,13 @@ class MaxwellJoint(SlipFields):
     shares: FourValues = EVEN
     attraction: Positive | None = None
 
-    @model_validator(mode="after")
-    def _check_elements(self) -> Self:
+    def check_kind(self) -> None:
+        """Refuse curves that elements cannot carry, and elements that are none."""
+        super().check_kind()
         if any(later <= earlier for earlier, later in pairwise(self.displacements)):
             raise ValueError(f"displacements = {self.displacements} is not allowed: they must ascend strictly")
         if abs(sum(self.shares) - 1.0) > 1e-6:
             raise ValueError(f"shares = {self.shares} is not allowed: their sum is {sum(self.shares):g}, not one")
-        check_maxwell_period(self.parameters, self.solver_period)
-        return self
 
     @property
     def parameters(self) -> MaxwellParameters:
@@ -319,21 +306,11 @@ class RollingJoint(SlipFields):
         Exponent of the curve, more than one: the higher, the steeper at its begin.
     **fields
         Those of :class:`SlipFields`; ``coulomb`` of either direction is positive, ``stribeck_shape`` at least one.
-
-    Raises
-    ------
-    pydantic.ValidationError
-        A field is missing, unknown, of the wrong type or out of range, or the implicit step would not be unique.
     """
 
     kind: Literal["rolling"] = "rolling"
     rolling_range: Positive
     exponent: Annotated[float, Field(gt=1.0, allow_inf_nan=False, strict=True)] = 2.0
-
-    @model_validator(mode="after")
-    def _check_period(self) -> Self:
-        check_maxwell_period(self.parameters, self.solver_period)
-        return self
 
     @property
     def parameters(self) -> MaxwellParameters:
@@ -354,8 +331,7 @@ def _four(values: Iterable[float]) -> Four:
 def check_maxwell_period(joint: MaxwellParameters, period: float) -> None:
     """Refuse a solver period for which the implicit step could have more than one solution."""
     longest = longest_gentle_period(joint.inertia, (_steepest(joint.friction), _steepest(joint.backward)))
-    if period > longest:
-        refuse_period(period, longest, FALLING)
+    refuse_period(period, longest, FALLING)
 
 
 def _steepest(curve: Stribeck) -> float:
@@ -373,8 +349,8 @@ register(
     MaxwellParameters,
     MaxwellState,
     step_maxwell,
-    scaled=scaled_maxwell,
-    changed=changed_maxwell,
-    initial=initial_maxwell,
-    check_period=check_maxwell_period,
+    initial_maxwell,
+    check_maxwell_period,
+    changed_maxwell,
+    scaled_maxwell,
 )

@@ -3,6 +3,8 @@
 from collections.abc import Callable
 from typing import Any
 
+from plant.change import scaled_friction
+
 Kernels = dict[type, Callable[..., Any]]
 
 STEP_JOINT: Kernels = {}
@@ -44,11 +46,10 @@ def register(
     parameters: type,
     state: type,
     step: Callable[..., Any],
-    *,
-    scaled: Callable[..., Any],
-    changed: Callable[..., Any],
     initial: Callable[..., Any],
     check_period: Callable[..., None],
+    changed: Callable[..., Any],
+    scaled: Callable[..., Any] = scaled_friction,
     sensed: Callable[..., Any] = sensed_velocity,
 ) -> None:
     """Register a kind of joint; what each argument is stands at the table that it goes into."""

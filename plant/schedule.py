@@ -20,7 +20,7 @@ from typing import Annotated, Any, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import ConfigDict, Field, model_validator
+from pydantic import Field, model_validator
 
 from plant.change import UNCHANGED, JointChange
 from plant.checks import check_period
@@ -52,8 +52,6 @@ class FrictionChange(Table):
     load : float, optional
         Constant torque against the motor's beside the joint's offset, N m, of either sign.
     """
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     time: NonNegative
     friction_scale: Positive = 1.0
@@ -107,8 +105,6 @@ class FrictionVariation(Table):
     thinning : float, optional
         Relative fall of friction for each kelvin, 1/K.
     """
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     warm_up_excess: Annotated[float, Field(gt=-1.0, allow_inf_nan=False, strict=True)] = 0.0
     warm_up_time: Positive = 30.0

@@ -5,7 +5,7 @@ from typing import Annotated, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import ConfigDict, Field, model_validator
+from pydantic import Field, model_validator
 
 from plant.fields import NonNegative, Positive, Table
 
@@ -62,8 +62,6 @@ class Sensor(Table):
     ripple_period : float, optional
         ... and the motion over which that repeats, rad; a turn by default.
     """
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     velocity_noise: NonNegative = 0.0
     encoder_resolution: Positive | None = None

@@ -14,8 +14,8 @@ of the period (some 0.01 rad/s at 1 ms), means over a motion with first order st
 import math
 from typing import NamedTuple
 
-from plant.change import AnyParameters, JointChange, changed_friction
-from plant.friction import Stribeck, scaled, sliding_friction
+from plant.change import AnyParameters, JointChange, changed_friction, scaled_friction
+from plant.friction import Stribeck, sliding_friction
 from plant.sliding import Direction, direction_of, speed_in_direction
 
 
@@ -84,11 +84,8 @@ def step_joint(joint: JointParameters, state: JointState, torque: float, period:
     return step_ready_joint(ready_joint(joint, period), state, torque, period)
 
 
-def scaled_joint(joint: JointParameters, factor: float) -> JointParameters:
-    """Return the joint with the friction of both directions times a dimensionless factor; the offset stays."""
-    return JointParameters(
-        joint.inertia, scaled(joint.friction, factor), scaled(joint.backward, factor), joint.offset, joint.friction_lag
-    )
+scaled_joint = scaled_friction
+"""The joint with the friction of both directions times a dimensionless factor."""
 
 
 def changed_joint(joint: AnyParameters, change: JointChange) -> AnyParameters:

@@ -9,7 +9,7 @@ from plant.friction import (
     Stribeck,
     scaled,
     sliding_friction,
-    sliding_friction_slope,
+    sliding_friction_and_slope,
     steepest_fall,
     stribeck_decay,
     yield_torque,
@@ -75,15 +75,15 @@ def test_shortcut_for_a_common_shape_is_the_general_formula(shape, speed):
     neighbour = shape * (1.0 + 1e-13)
     assert stribeck_decay(speed, 0.05, shape) == pytest.approx(stribeck_decay(speed, 0.05, neighbour), rel=1e-10)
     curve = Stribeck(60.0, 90.0, 80.0, 0.05, shape)
-    slope = sliding_friction_slope(curve._replace(stribeck_shape=neighbour), speed)
-    assert sliding_friction_slope(curve, speed) == pytest.approx(slope, rel=1e-10)
+    slope = sliding_friction_and_slope(curve._replace(stribeck_shape=neighbour), speed)[1]
+    assert sliding_friction_and_slope(curve, speed)[1] == pytest.approx(slope, rel=1e-10)
 
 
 def test_edge_of_an_almost_rectangular_peak_does_not_overflow():
     curve = Stribeck(60.0, 90.0, 80.0, 0.05, 400.0)
     assert sliding_friction(curve, 0.04) == pytest.approx(93.2, rel=1e-14)
     assert sliding_friction(curve, 0.35) == pytest.approx(88.0, rel=1e-14)
-    assert sliding_friction_slope(curve, 0.35) == 80.0
+    assert sliding_friction_and_slope(curve, 0.35)[1] == 80.0
 
 
 @given(frictions(), st.floats(0.02, 6.0))
@@ -94,7 +94,7 @@ def test_slope_equals_a_central_difference(friction, ratio):
     # the error of a central difference of values of the size of F is about eps F/step
     rounding = 1e-15 * (friction.stiction + friction.viscous * speed) / step
     scale = (friction.stiction - friction.coulomb) / friction.stribeck_velocity
-    assert sliding_friction_slope(friction, speed) == pytest.approx(
+    assert sliding_friction_and_slope(friction, speed)[1] == pytest.approx(
         rise / (2.0 * step), rel=1e-7, abs=2.0 * rounding + 1e-7 * scale
     )
 
@@ -136,7 +136,7 @@ def test_yield_torque_is_the_map_without_its_viscous_part_and_its_rise_that_of_t
     speed = ratio * friction.stribeck_velocity
     level, rise = yield_torque(friction, speed)
     assert level == pytest.approx(sliding_friction(friction, speed) - friction.viscous * speed, rel=1e-12, abs=1e-10)
-    slope = sliding_friction_slope(friction, speed) - friction.viscous if speed > 1e-30 else 0.0
+    slope = sliding_friction_and_slope(friction, speed)[1] - friction.viscous if speed > 1e-30 else 0.0
     assert rise == pytest.approx(speed * slope, rel=1e-9, abs=1e-9)
 
 

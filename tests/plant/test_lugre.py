@@ -304,7 +304,7 @@ def test_damping_that_would_let_friction_give_energy_is_refused():
 
 @pytest.mark.parametrize("field", ["coulomb", "coulomb_backward"])
 def test_vanishing_coulomb_friction_is_refused(field):
-    with pytest.raises(ValidationError, match=f"{field} = 0 N m is not allowed for a LuGre joint: it must be positive"):
+    with pytest.raises(ValidationError, match=f"{field} = 0 N m is not allowed for a joint of the kind 'lugre': it must be positive"):
         LuGreJoint(**{**FIELDS, field: 0.0})
 
 
