@@ -10,12 +10,11 @@ from typing import Any, Self
 import numpy as np
 
 from controllers.arguments import checked_step
-from controllers.bridging import BRIDGED
 from controllers.checks import check_finite, check_period
 from controllers.compiled import compiles
 from controllers.kernels.compiler import NoCompiler
 from controllers.native import Native, NativeParameters, bound_step, declined, empty_exchange, fast_step
-from controllers.plausible_sizes import largest_torque
+from controllers.plausibility import BRIDGED, largest_torque
 from controllers.registry import Inputs, Output, planned_inputs, step, write_estimates
 from controllers.saved_state import check_it_goes_on, restored, saved_text
 
@@ -76,7 +75,7 @@ class Controller:
         """
         if self._native is None:
             self._native = Native(self.parameters, self._state, self._exchange)
-        return self._native.block
+        return self._native.addresses
 
     def _begin_stepping(self) -> None:
         """Compile or load the step at the next one."""
@@ -312,8 +311,8 @@ class Controller:
         at_rest = self._initial_state(self.parameters)
         with suppress(NoCompiler):
             native = Native(self.parameters, at_rest)  # kept: the block holds addresses only
-            bound_step(native.block)(*planned_inputs(0.0, 0.0, 0.0, 0.0, self.period))
-            fast_step([native.block], native.block.exchange, self.period, together=False)
+            bound_step(native.addresses)(*planned_inputs(0.0, 0.0, 0.0, 0.0, self.period))
+            fast_step([native.addresses], native.addresses.exchange, self.period, together=False)
 
     def state_to_json(self) -> str:
         """Return the state as a JSON text that restores it exactly, with what it belongs to."""

@@ -67,47 +67,37 @@ def _own(kernel: Any) -> Any:
 
 
 class NativeParameters(NamedTuple):
-    """Parameters of a controller in memory, for compiled code that serves every controller.
+    """Parameters of a controller in memory, for compiled code that serves every controller."""
 
-    Attributes
-    ----------
-    step, estimates, monitors : int
-        Addresses of its kernels; zero where it has none.
-    parameters, state : int
-        Addresses of its parameters and its state.
-    exchange : ndarray, shape (13,)
-        Inputs and output of a step.
-    """
-
-    step: int
+    step: int  # addresses of its kernels; zero where it has none
     estimates: int
     monitors: int
-    parameters: int
+    parameters: int  # addresses of its parameters and its state
     state: int
-    exchange: MutableArray
+    exchange: MutableArray  # inputs and output of a step, 13 numbers
 
 
-def step_native(block: NativeParameters, state: int, inputs: Inputs) -> tuple[Output, int]:
+def step_native(native: NativeParameters, state: int, inputs: Inputs) -> tuple[Output, int]:
     """Do one sample of a controller in memory; the state that is handed through is that of no one."""
-    row = block.exchange
+    row = native.exchange
     row[0], row[1], row[2] = inputs.reference, inputs.velocity, inputs.next_reference
     row[3], row[4], row[5] = inputs.correction, inputs.position, inputs.realised_torque
     row[6], row[7], row[8] = inputs.feedforward, inputs.inertia, inputs.dt
     row[9], row[10] = inputs.acting_reference, inputs.next_acting_reference
-    call(block.step, block.parameters, block.state, row)
+    call(native.step, native.parameters, native.state, row)
     return Output(row[TORQUE], row[TORQUE + 1]), state
 
 
-def write_native_estimates(block: NativeParameters, state: int, row: NDArray[np.float64]) -> None:
+def write_native_estimates(native: NativeParameters, state: int, row: NDArray[np.float64]) -> None:
     """Write the physical estimates of a controller in memory into a row."""
-    if block.estimates != 0:
-        call(block.estimates, block.parameters, block.state, row)
+    if native.estimates != 0:
+        call(native.estimates, native.parameters, native.state, row)
 
 
-def write_native_monitors(block: NativeParameters, state: int, row: NDArray[np.float64]) -> None:
+def write_native_monitors(native: NativeParameters, state: int, row: NDArray[np.float64]) -> None:
     """Write what a controller in memory watches itself by into a row."""
-    if block.monitors != 0:
-        call(block.monitors, block.parameters, block.state, row)
+    if native.monitors != 0:
+        call(native.monitors, native.parameters, native.state, row)
 
 
 # beside the registries, which list the controllers that there are
@@ -116,14 +106,14 @@ DISPATCHED[write_estimates] = ChainMap(ESTIMATES, {NativeParameters: write_nativ
 MONITORS[NativeParameters] = write_native_monitors  # which has a kernel for every class, one that writes nothing
 
 
-def bound_step(block: NativeParameters) -> Callable[..., float]:
+def bound_step(native: NativeParameters) -> Callable[..., float]:
     """Return a function that does one sample: all inputs in, the torque out, N m."""
-    function, exchange = BY_ADDRESS(block.step), block.exchange
+    function, exchange = BY_ADDRESS(native.step), native.exchange
     place = exchange.ctypes.data
 
     def do_step(*inputs: float) -> float:
         exchange[:TORQUE] = inputs
-        function(block.parameters, block.state, place, exchange.size)
+        function(native.parameters, native.state, place, exchange.size)
         torque: float = exchange.item(TORQUE)
         return torque
 
@@ -131,13 +121,13 @@ def bound_step(block: NativeParameters) -> Callable[..., float]:
 
 
 def fast_step(
-    blocks: Sequence[NativeParameters], rows: MutableArray, period: float, *, together: bool
+    natives: Sequence[NativeParameters], rows: MutableArray, period: float, *, together: bool
 ) -> Callable[[Any], Any]:
     """Return a function that checks what a step is given and does it, in one call; None where that needs words."""
     fast = stepper()
     if fast is None:
         return declined
-    members = tuple((block.step, block.parameters, block.state) for block in blocks)
+    members = tuple((native.step, native.parameters, native.state) for native in natives)
     rules = "".join(RULES.values())
     rules = rules.replace(PREVIEW, UNKNOWN) if together else rules  # one joint of several may have none
     bound: Callable[[Any], Any] = fast.bind(members, rows.ctypes.data, rows.shape[-1], rules, period, together)
@@ -163,7 +153,7 @@ class CalledBack:
 
     Attributes
     ----------
-    block : NativeParameters
+    native : NativeParameters
         What stands for the parameters in compiled code.
     """
 
@@ -174,7 +164,7 @@ class CalledBack:
         self._functions = BY_ADDRESS(self._do_step), BY_ADDRESS(self._do_write)  # compiled code may call them
         places = [int(ctypes.cast(function, ctypes.c_void_p).value or 0) for function in self._functions]
         estimates = 0 if write_estimates is None else places[1]
-        self.block = NativeParameters(places[0], estimates, 0, 0, 0, self._exchange)
+        self.addresses = NativeParameters(places[0], estimates, 0, 0, 0, self._exchange)
 
     def _do_step(self, parameters: int, state: int, row: int, count: int) -> None:
         del parameters, state, row, count  # the step's own are in Python, and the row is what is exchanged
@@ -217,14 +207,14 @@ class Native:
 
     Attributes
     ----------
-    block : NativeParameters
+    native : NativeParameters
         What stands for the parameters in compiled code that serves every controller.
     """
 
     def __init__(self, parameters: Any, state: Any, exchange: MutableArray | None = None) -> None:
         structures = structure(parameters), structure(state)
         self._parameters, self._state = Memory(parameters, structures[0]), Memory(state, structures[1])
-        self.block = NativeParameters(
+        self.addresses = NativeParameters(
             *_addresses(parameters, state, *structures),
             self._parameters.address,
             self._state.address,

@@ -4,12 +4,11 @@ import math
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from controllers.bridging import bridging_share
 from controllers.checks import check_numbers, check_period
 from controllers.declaration import register
 from controllers.delay import check_delay, delay_line, delayed, remember
 from controllers.interface import Controller
-from controllers.plausibility import Guard, checked_inputs, initial_guard
+from controllers.plausibility import Guard, bridging_gain, checked_inputs, initial_guard
 from controllers.registry import Inputs, Output
 from controllers.sensitivity import PI_SENSITIVITY
 
@@ -60,8 +59,8 @@ def unwound_integral(pi: PIParameters, state: PIState, inputs: Inputs) -> float:
     """
     integral = state.integral
     if pi.integral > 0.0 and state.samples > 0 and math.isfinite(inputs.realised_torque):
-        share = 1.0 if pi.proportional <= 0.0 else min(1.0, inputs.dt * pi.integral / pi.proportional)
-        integral += share * (inputs.realised_torque - asked_torque(pi, state))
+        fraction = 1.0 if pi.proportional <= 0.0 else min(1.0, inputs.dt * pi.integral / pi.proportional)
+        integral += fraction * (inputs.realised_torque - asked_torque(pi, state))
     return integral
 
 
@@ -82,7 +81,7 @@ def feed_back(pi: PIParameters, state: PIState, inputs: Inputs, guard: Guard) ->
     if not math.isfinite(command):  # as it is where velocity or integral is not finite
         if not math.isfinite(velocity):
             integral, velocity, rejected = kept, state.velocity, rejected + 1
-            command = (integral + fed) * bridging_share(guard.lost)
+            command = (integral + fed) * bridging_gain(guard.lost)
         if not math.isfinite(command):
             integral, command, fed = 0.0, 0.0, 0.0
             guard = Guard(guard.reference, guard.feedforward, guard.lost, guard.faults + 1)

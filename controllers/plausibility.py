@@ -12,8 +12,19 @@ for the torque known from elsewhere the last plausible one; for the time since t
 import math
 from typing import NamedTuple
 
-from controllers.plausible_sizes import LARGEST_VELOCITY, inertia_bounds, largest_torque
 from controllers.registry import Inputs
+
+LARGEST_VELOCITY = 1e5
+"""Largest plausible velocity, rad/s or m/s: a million revolutions a minute."""
+
+LEAST_RESPONSE, LONGEST_RESPONSE = 1e-6, 1e3
+"""Least and largest plausible inertia, in ``Kp`` times a second: the time constant of the loop that it would make."""
+
+BRIDGED = 2.0
+"""Time for which a controller goes on without a measurement, s: on its feedforward and on what its integral holds."""
+
+FADING = 1.0
+"""Time in which the torque then fades to zero, s."""
 
 LARGEST_POSITION = 1e12
 """Largest plausible position, rad or m: beyond it not even its period of 2 pi is resolved to four digits."""
@@ -23,6 +34,17 @@ LARGEST_OBSERVED = 1e30
 
 LEAST_TIME, MOST_TIME = 1e-3, 1e4
 """Least and largest plausible time between two samples, in nominal periods."""
+
+
+def inertia_bounds(gain: float) -> tuple[float, float]:
+    """Return the bounds between which an inertia is plausible, kg m^2, beside a gain of the feedback."""
+    return gain * LEAST_RESPONSE, gain * LONGEST_RESPONSE if gain > 0.0 else math.inf
+
+
+def largest_torque(proportional: float, integral: float) -> float:
+    """Return the largest plausible torque, N m: what the feedback would answer to the largest velocity."""
+    gain = proportional if proportional > 0.0 else integral
+    return gain * LARGEST_VELOCITY if gain > 0.0 else math.inf
 
 
 class Guard(NamedTuple):
@@ -36,7 +58,7 @@ class Guard(NamedTuple):
 
 
 def initial_guard() -> Guard:
-    """Return the memory of a check that has seen nothing."""
+    """Return the memory of a check that has met nothing."""
     return Guard(0.0, 0.0, 0.0, 0)
 
 
@@ -122,17 +144,10 @@ def replaced_inputs(
     velocity, lost = inputs.velocity, 0.0
     if not within(velocity, LARGEST_VELOCITY):
         velocity, lost = math.nan, guard.lost + duration
-    plain = Inputs(
-        reference=reference,
-        velocity=velocity,
-        next_reference=following,
-        correction=correction,
-        position=position,
-        realised_torque=realised,
-        feedforward=known,
-        inertia=given,
-        dt=duration,
-        acting_reference=start,
-        next_acting_reference=end,
-    )
+    plain = Inputs(reference, velocity, following, correction, position, realised, known, given, duration, start, end)
     return plain, Guard(reference, known, lost, guard.faults + faults)
+
+
+def bridging_gain(lost: float) -> float:
+    """Return the gain, from 1 to 0, of the torque that is still given after a time (s) without a measurement."""
+    return min(1.0, max(0.0, 1.0 - (lost - BRIDGED) / FADING))

@@ -35,7 +35,7 @@ def initial_position_loop_state() -> PositionLoopState:
 
 
 def step_position_loop(
-    block: PositionLoopParameters, state: PositionLoopState, planned: float, position: float
+    parameters: PositionLoopParameters, state: PositionLoopState, planned: float, position: float
 ) -> tuple[float, PositionLoopState]:
     """Return the correction (rad/s) for a planned and a measured position (rad), and the new state.
 
@@ -43,7 +43,7 @@ def step_position_loop(
     """
     if not math.isfinite(position):
         return state.correction, PositionLoopState(state.correction, state.rejected + 1)
-    correction = min(max(block.gain * (planned - position), -block.limit), block.limit)
+    correction = min(max(parameters.gain * (planned - position), -parameters.limit), parameters.limit)
     return correction, PositionLoopState(correction, state.rejected)
 
 

@@ -74,46 +74,28 @@ def planned_inputs(
         Measured position, rad.
     """
     unknown = math.nan
-    return Inputs(
-        reference=reference,
-        velocity=velocity,
-        next_reference=next_reference,
-        correction=0.0,
-        position=position,
-        realised_torque=realised_torque,
-        feedforward=0.0,
-        inertia=unknown,
-        dt=dt,
-        acting_reference=unknown,
-        next_acting_reference=unknown,
-    )
-
-
-def _changed(inputs: Inputs, reference: float, velocity: float, realised_torque: float, feedforward: float) -> Inputs:
-    # all fields are listed: compiled code knows no ``_replace``
-    return inputs._replace(
-        reference=reference, velocity=velocity, realised_torque=realised_torque, feedforward=feedforward
-    )
+    given = (reference, velocity, next_reference, 0.0, position, realised_torque, 0.0)
+    return Inputs(*given, inertia=unknown, dt=dt, acting_reference=unknown, next_acting_reference=unknown)
 
 
 def with_feedforward(inputs: Inputs, torque: float) -> Inputs:
     """Return the inputs with a torque (N m) added to their feedforward."""
-    return _changed(inputs, inputs.reference, inputs.velocity, inputs.realised_torque, inputs.feedforward + torque)
+    return inputs._replace(feedforward=inputs.feedforward + torque)
 
 
 def with_reference(inputs: Inputs, reference: float) -> Inputs:
     """Return the inputs with another planned velocity (rad/s) now."""
-    return _changed(inputs, reference, inputs.velocity, inputs.realised_torque, inputs.feedforward)
+    return inputs._replace(reference=reference)
 
 
 def with_velocity(inputs: Inputs, velocity: float) -> Inputs:
     """Return the inputs with another velocity (rad/s) in the place of the measured one."""
-    return _changed(inputs, inputs.reference, velocity, inputs.realised_torque, inputs.feedforward)
+    return inputs._replace(velocity=velocity)
 
 
 def with_realised_torque(inputs: Inputs, torque: float) -> Inputs:
     """Return the inputs with a mean torque (N m) that the drive gave over the last period."""
-    return _changed(inputs, inputs.reference, inputs.velocity, torque, inputs.feedforward)
+    return inputs._replace(realised_torque=torque)
 
 
 def present_inertia(inputs: Inputs, inertia: float) -> float:
@@ -121,18 +103,14 @@ def present_inertia(inputs: Inputs, inertia: float) -> float:
     return inputs.inertia if math.isfinite(inputs.inertia) else inertia
 
 
-def _planned(inputs: Inputs, following: float, start: float, end: float) -> Inputs:
-    return inputs._replace(next_reference=following, acting_reference=start, next_acting_reference=end)
-
-
 def with_next_reference(inputs: Inputs, reference: float) -> Inputs:
-    """Return the inputs with another plan (rad/s) at the next sample."""
-    return _planned(inputs, reference, inputs.acting_reference, inputs.next_acting_reference)
+    """Return the inputs with another reference (rad/s) at the next sample."""
+    return inputs._replace(next_reference=reference)
 
 
 def without_coming_plan(inputs: Inputs) -> Inputs:
-    """Return the inputs without the plan over the period in which a torque computed now acts."""
-    return _planned(inputs, inputs.next_reference, math.nan, math.nan)
+    """Return the inputs without the reference over the period in which a torque computed now acts."""
+    return inputs._replace(acting_reference=math.nan, next_acting_reference=math.nan)
 
 
 def acts_on_plan(inputs: Inputs) -> bool:
@@ -168,28 +146,28 @@ ESTIMATES: dict[type, Callable[..., Any]] = {}
 class _Monitors(dict[type, Callable[..., Any]]):
     """Kernels of the classes that have any; the others write nothing."""
 
-    def get(self, block: type, default: Any = None) -> Any:
+    def get(self, parameters: type, default: Any = None) -> Any:
         """Return the kernel of a class of parameters."""
-        return super().get(block, without_estimates)
+        return super().get(parameters, without_estimates)
 
 
 MONITORS: dict[type, Callable[..., Any]] = _Monitors()
 """Kernel that writes what a controller watches itself by into a row: ``write(parameters, state, row)``; optional."""
 
 
-def _step(block: Any, state: Any, inputs: Inputs) -> Any:
+def _step(parameters: Any, state: Any, inputs: Inputs) -> Any:
     """Do one sample of any controller, compiled or not."""
-    return STEPS[type(block)](block, state, inputs)
+    return STEPS[type(parameters)](parameters, state, inputs)
 
 
-def _write_estimates(block: Any, state: Any, row: Any) -> Any:
+def _write_estimates(parameters: Any, state: Any, row: Any) -> Any:
     """Write the physical estimates of any controller, in their own units, compiled or not."""
-    return ESTIMATES[type(block)](block, state, row)
+    return ESTIMATES[type(parameters)](parameters, state, row)
 
 
-def _write_monitors(block: Any, state: Any, row: Any) -> Any:
+def _write_monitors(parameters: Any, state: Any, row: Any) -> Any:
     """Write what any controller watches itself by, compiled or not; of those that do not, nothing."""
-    return MONITORS.get(type(block))(block, state, row)  # type: ignore[misc]
+    return MONITORS.get(type(parameters))(parameters, state, row)  # type: ignore[misc]
 
 
 step = dispatched(STEPS, _step)
@@ -197,5 +175,5 @@ write_estimates = dispatched(ESTIMATES, _write_estimates)
 write_monitors = dispatched(MONITORS, _write_monitors)
 
 
-def without_estimates(block: Any, state: Any, row: Any) -> None:
+def without_estimates(parameters: Any, state: Any, row: Any) -> None:
     """Write nothing: for controllers that estimate nothing."""

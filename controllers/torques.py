@@ -1,8 +1,11 @@
 """Torques that controllers with an observer reckon with."""
 
 import math
+from typing import Any
 
-from controllers.registry import Inputs, acts_on_plan, present_inertia
+from controllers.pi import PIState, feed_back
+from controllers.plausibility import Guard
+from controllers.registry import Inputs, Output, acts_on_plan, present_inertia, with_feedforward
 
 
 def acting_torque(inputs: Inputs, command: float, known_torque: float) -> float:
@@ -46,3 +49,14 @@ def slope_torque(inertia: float, inputs: Inputs, last_reference: float, started:
     if math.isfinite(inputs.next_reference):
         return inertia * (inputs.next_reference - inputs.reference) / period
     return inertia * (inputs.reference - last_reference) / inputs.dt if started else 0.0
+
+
+def feed_ahead_and_back(
+    parameters: Any, state: Any, inputs: Inputs, guard: Guard, disturbance: float
+) -> tuple[Output, PIState]:
+    """Do one sample of the PI loop with the inertia's torque along the reference and a disturbance (N m) added."""
+    started = state.feedback.samples > 0
+    ahead = slope_torque(parameters.inertia, inputs, state.reference, started, parameters.period)
+    fed = with_feedforward(inputs, ahead + disturbance)
+    output, feedback = feed_back(parameters.feedback, state.feedback, fed, guard)
+    return Output(output.torque, inputs.feedforward + ahead), feedback

@@ -57,12 +57,12 @@ def _estimate_velocity(parameters: Any, state: Any, measurement: float, dt: floa
 estimate_velocity = dispatched(VELOCITY_ESTIMATORS, _estimate_velocity)
 
 
-def initial_velocity_state(block: Any, position: float, velocity: float = 0.0) -> Any:
+def initial_velocity_state(estimator: Any, position: float, velocity: float = 0.0) -> Any:
     """Return the state of an estimator one nominal period before its first sample.
 
     Parameters
     ----------
-    block : NamedTuple
+    estimator : NamedTuple
         The estimator.
     position : float
         Position that the first sample will measure, rad.
@@ -77,9 +77,9 @@ def initial_velocity_state(block: Any, position: float, velocity: float = 0.0) -
         A value is no number, or the estimator is of no known class.
     """
     check_finite(position=position, velocity=velocity)
-    if type(block) not in INITIAL_VELOCITY_STATES:
-        raise TypeError(f"block = {block!r} is not allowed: it must be an estimator of controllers.velocity")
-    return INITIAL_VELOCITY_STATES[type(block)](block, float(position), float(velocity))
+    if type(estimator) not in INITIAL_VELOCITY_STATES:
+        raise TypeError(f"estimator = {estimator!r} is not allowed: it must be an estimator of controllers.velocity")
+    return INITIAL_VELOCITY_STATES[type(estimator)](estimator, float(position), float(velocity))
 
 
 class DirectVelocityState(NamedTuple):

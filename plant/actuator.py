@@ -108,7 +108,7 @@ class Actuator(Table):
     gain : float, optional
         True torque constant over the one that commands and reports reckon with; the controllers do not know it.
     reports_torque : bool, optional
-        Whether the controllers are told the torque that the drive gives, as they are by default; otherwise they know
+        Whether the controllers are given the torque that the drive gives, as they are by default; otherwise they know
         only what they asked for.
     """
 

@@ -13,9 +13,9 @@ parts; the equations above are what is simulated here.
 
 Discretised as :mod:`plant.elastic`, with which the step agrees where there is neither gap nor hysteresis: spring and
 inertias by the trapezoidal rule, friction at the motor by implicit Euler. Over a step the torque of the gear is a
-rising function of the twist after it, made of at most five straight pieces (either side of the gap, in it, the element
-sticking or slipping). On each of them the step is the elastic joint's; they are walked through from the twist before
-the step. Of first order in the period, as a piece that ends within a step is taken for all of it.
+rising function of the twist after it, made of at most five straight segments (either side of the gap, in it, the
+element sticking or slipping). On each of them the step is the elastic joint's; they are walked through from the twist
+before the step. Of first order in the period, as a segment that ends within a step is taken for all of it.
 """
 
 import math
@@ -27,8 +27,8 @@ from plant.friction import Stribeck
 from plant.registry import register
 from plant.step import friction_at
 
-PIECES = 5
-"""Straight pieces of the torque as a function of the twist after a step."""
+SEGMENTS = 5
+"""Straight segments of the torque as a function of the twist after a step."""
 
 NEVER = 1e9
 """Twist that is never reached, rad: where an element without torque slips."""
@@ -107,10 +107,10 @@ def in_order(a: float, b: float, c: float, d: float) -> tuple[float, float, floa
     return lowest, min(inner, other), max(inner, other), highest
 
 
-def piece(
+def segment(
     joint: BacklashParameters, state: BacklashState, free: float, rate: float, growth: float
 ) -> tuple[float, float]:
-    """Return the straight piece of the gear's mean torque over a step at a growth of the twist (rad).
+    """Return the straight segment of the gear's mean torque over a step at a growth of the twist (rad).
 
     Returns
     -------
@@ -146,12 +146,12 @@ def step_backlash(joint: BacklashParameters, state: BacklashState, torque: float
     probes = (first - 1.0, 0.5 * (first + second), 0.5 * (second + third), 0.5 * (third + last), last + 1.0)
     guess = half * (motor - link)
     place = 0
-    for i in range(1, PIECES):
+    for i in range(1, SEGMENTS):
         if guess > ends[i]:
             place += 1
     next_motor, next_link, growth, static_friction = motor, link, 0.0, 0.0
-    for _ in range(PIECES):
-        level, stiffness = piece(joint, state, free, rate, probes[place])
+    for _ in range(SEGMENTS):
+        level, stiffness = segment(joint, state, free, rate, probes[place])
         next_motor, next_link, static_friction = motor_and_link(
             joint, state, torque - joint.offset - carried, period, level, half * stiffness
         )

@@ -73,9 +73,9 @@ def motor_and_link(
         Velocities after the step, rad/s, and the static friction torque at the motor, N m.
     """
     motor, link = state.motor_velocity, state.velocity
-    share = 1.0 / (1.0 + period * gain / joint.link_inertia)
-    coupling = share * gain  # with the link's equation the mean torque is held + coupling wm+
-    held = share * (level + gain * (motor - link - link))
+    fraction = 1.0 / (1.0 + period * gain / joint.link_inertia)
+    coupling = fraction * gain  # with the link's equation the mean torque is held + coupling wm+
+    held = fraction * (level + gain * (motor - link - link))
     mobility = period / joint.motor_inertia
     divisor = 1.0 + mobility * coupling
     free_velocity = (motor + mobility * (drive - held)) / divisor
@@ -121,7 +121,7 @@ def initial_elastic(joint: ElasticParameters, velocity: float) -> ElasticState:
     return ElasticState(velocity, friction_at(joint.friction, joint.backward, velocity), 0.0, velocity, 0.0)
 
 
-Share = Annotated[float, Field(gt=0.0, lt=1.0, allow_inf_nan=False, strict=True)]
+OpenFraction = Annotated[float, Field(gt=0.0, lt=1.0, allow_inf_nan=False, strict=True)]
 
 LARGEST_ANGLE = 0.349
 """Largest ``omega h`` of the resonance: the trapezoidal rule then lowers its frequency by 1 %."""
@@ -135,8 +135,8 @@ class GearFields(FrictionFields):
     inertia : float
         Inertia of motor and link together, kg m^2: what slow motion needs, as for the other kinds.
     link_share : float
-        Share of the inertia that is beyond the spring, between 0 and 1. The antiresonance is at
-        ``sqrt(k/(share J))``, the resonance at ``sqrt(k/(share (1 - share) J))`` rad/s.
+        OpenFraction of the inertia that is beyond the spring, between 0 and 1. The antiresonance is at
+        ``sqrt(k/(a J))``, the resonance at ``sqrt(k/(a (1 - a) J))`` rad/s.
     link_stiffness : float
         Stiffness ``k`` of the spring between motor and link, N m/rad, positive.
     link_damping : float, optional
@@ -145,7 +145,7 @@ class GearFields(FrictionFields):
         Friction lag ``tau`` of the motor's friction, s, zero or more.
     """
 
-    link_share: Share
+    link_share: OpenFraction
     link_stiffness: Positive
     link_damping: NonNegative = 0.0
     friction_lag: NonNegative = 0.0

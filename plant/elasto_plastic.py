@@ -6,14 +6,15 @@ After M. Ruderman, T. Bertram, "Two-state dynamic friction model with elasto-pla
     q = q_r + (d - q_r) z (1 - ln z),      z = min(|x - x_r|/s, 1)
     tau df/dt + f = q g(w) + sigma w
 
-First state: ``q`` in [-1, 1], the share of friction that is mobilised. It depends on the displacement since the last
+First state: ``q`` in [-1, 1], the fraction of friction that is mobilised. It depends on the displacement since the last
 reversal at ``x_r``, where it was ``q_r``, and on the direction ``d`` of motion; after a displacement ``s`` it is ``d``:
 sliding. Second state: ``f`` follows with the lag ``tau`` of the paper's (1). ``g(w) = Fc + (Fs - Fc) exp(-|w/Vs|^d)``
 is the paper's (3) without its viscous part. For ``s -> 0`` this is the joint of :mod:`plant.step`.
 
-Variant: the source lets the torque itself run along ``z (1 - ln z)`` from reversal to reversal; here the share does,
-times the Stribeck curve. While the curve is constant both are the same; where it falls, the share keeps friction rising
-with the displacement, so that the step has one solution. The published equations could not be compared word by word.
+Variant: the source lets the torque itself run along ``z (1 - ln z)`` from reversal to reversal; here the fraction does,
+times the Stribeck curve. While the curve is constant both are the same; where it falls, the fraction keeps friction
+rising with the displacement, so that the step has one solution. The published equations could not be compared word by
+word.
 
 Limits: only the last reversal is remembered. A cycle of displacement closes after some repetitions, but a torque that
 vibrates around a mean below breakaway lets the joint creep, as with LuGre bristles.
@@ -43,7 +44,7 @@ from plant.sliding import MAXIMUM_ITERATIONS, next_speed
 from plant.step import changed_joint, friction_at
 
 UNDERFLOW = 1e-300
-"""Share of the presliding displacement below which a step leaves the joint at rest: floats end soon after."""
+"""Fraction of the presliding displacement below which a step leaves the joint at rest: floats end soon after."""
 
 
 class ElastoPlasticParameters(NamedTuple):
@@ -63,20 +64,20 @@ class ElastoPlasticState(NamedTuple):
     velocity: float  # velocity ``w``, rad/s
     friction_torque: float  # friction torque ``f``, N m, without the offset
     position: float  # position, rad
-    turned: float  # mobilised share ``q_r`` at the last reversal, from -1 to 1
+    turned: float  # mobilised fraction ``q_r`` at the last reversal, from -1 to 1
     travel: float  # displacement since then, rad, at most ``s`` either way; its sign is the direction of motion
 
 
-def presliding_curve(share: float) -> tuple[float, float]:
-    """Return ``z (1 - ln z)`` and its slope ``-ln z`` for a share ``z > 0`` of the presliding displacement."""
-    if share >= 1.0:
+def presliding_curve(fraction: float) -> tuple[float, float]:
+    """Return ``z (1 - ln z)`` and its slope ``-ln z`` for a fraction ``z > 0`` of the presliding displacement."""
+    if fraction >= 1.0:
         return 1.0, 0.0
-    logarithm = math.log(share)
-    return share * (1.0 - logarithm), -logarithm
+    logarithm = math.log(fraction)
+    return fraction * (1.0 - logarithm), -logarithm
 
 
 def mobilised(presliding: float, turned: float, travel: float) -> float:
-    """Return the mobilised share ``q`` after a displacement (rad) from a reversal."""
+    """Return the mobilised fraction ``q`` after a displacement (rad) from a reversal."""
     if travel == 0.0:
         return turned
     rise, _ = presliding_curve(abs(travel) / presliding)
@@ -95,7 +96,7 @@ def mobilised_torque(
     way : float
         Direction of motion, 1 or -1.
     turned : float
-        Mobilised share at the last reversal, positive where it opposes the motion.
+        Mobilised fraction at the last reversal, positive where it opposes the motion.
     travel : float
         Displacement since the last reversal before the step, rad, not negative.
     period : float
@@ -109,12 +110,12 @@ def mobilised_torque(
         In N m and N m s/rad.
     """
     rise, bend = presliding_curve((travel + period * speed) / joint.presliding)
-    share = turned + (1.0 - turned) * rise
-    curve = joint.friction if way * share > 0.0 else joint.backward  # of the direction that is opposed
+    fraction = turned + (1.0 - turned) * rise
+    curve = joint.friction if way * fraction > 0.0 else joint.backward  # of the direction that is opposed
     level, product = yield_torque(curve, speed)
     viscous = joint.friction.viscous if way > 0.0 else joint.backward.viscous
-    share_slope = (1.0 - turned) * bend * period / joint.presliding
-    return share * level + viscous * speed, share_slope * level + share * product / speed + viscous
+    fraction_slope = (1.0 - turned) * bend * period / joint.presliding
+    return fraction * level + viscous * speed, fraction_slope * level + fraction * product / speed + viscous
 
 
 def elasto_plastic_speed(
@@ -151,15 +152,15 @@ def step_elasto_plastic(
     kappa = period * period / (joint.inertia * divisor)
     carried = joint.friction_lag * state.friction_torque / divisor
     free = state.velocity + period / joint.inertia * (torque - joint.offset - carried)
-    share = mobilised(joint.presliding, state.turned, state.travel)
-    held = share * (joint.friction if share > 0.0 else joint.backward).stiction
+    fraction = mobilised(joint.presliding, state.turned, state.travel)
+    held = fraction * (joint.friction if fraction > 0.0 else joint.backward).stiction
     pull = free - kappa * held
     if abs(pull) * period < UNDERFLOW * joint.presliding:
         return ElastoPlasticState(0.0, carried + period * held / divisor, state.position, state.turned, state.travel)
     way = 1.0 if pull > 0.0 else -1.0
     turned, travel = state.turned, state.travel
     if way * travel < 0.0:
-        turned, travel = share, 0.0
+        turned, travel = fraction, 0.0
     speed = way * pull
     if speed < math.inf:
         speed = elasto_plastic_speed(joint, way, way * turned, way * travel, period, kappa, way * free, speed)

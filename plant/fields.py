@@ -39,7 +39,7 @@ class Table(BaseModel, metaclass=_Quiet):
 
     @classmethod
     def __pydantic_init_subclass__(cls, **kwargs: Any) -> None:
-        """Give a table a signature with the plain names of types; ranges are told where a value is refused."""
+        """Give a table a signature with the plain names of types; ranges are stated where a value is refused."""
         cls.__signature__ = _signature(cls)
 
     def __dir__(self) -> list[str]:

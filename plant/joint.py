@@ -23,7 +23,7 @@ from plant.step import (
 )
 
 LARGEST_FALL = 0.5
-"""Largest falling slope of friction in a step whose root is bracketed, as a share of ``J/h``; at one it is not unique.
+"""Largest falling slope of friction in a step whose root is bracketed, over ``J/h``; at one it is not unique.
 
 It is that of bristles, elements and presliding curves.
 """

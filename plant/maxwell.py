@@ -8,9 +8,9 @@ V. Lampaert, F. Al-Bender, J. Swevers, "A generalized Maxwell-slip friction mode
     dFi/dt = sgn(w) C (ai - |Fi|/g(w))          while it slips, until w changes its sign
 
 ``g(w) = Fc + (Fs - Fc) exp(-|w/Vs|^delta)`` is the paper's (3) without its viscous part, of the direction of ``w``; the
-shares ``ai`` sum to one. With ``C`` infinite a slipping element has ``ai g(w)`` at once. While ``g`` is constant that
-is the Maxwell-slip model proper (stop operators side by side): rate-independent, with the Masing rule for every branch
-after a reversal and a memory of all reversals that no later branch has passed.
+fractions ``ai`` sum to one. With ``C`` infinite a slipping element has ``ai g(w)`` at once. While ``g`` is constant
+that is the Maxwell-slip model proper (stop operators side by side): rate-independent, with the Masing rule for every
+branch after a reversal and a memory of all reversals that no later branch has passed.
 
 Chosen where the source says nothing: a slipping element whose torque is below ``ai g(w)`` follows no faster than its
 spring would; what an element holds beyond ``ai Fs``, as when friction drops, is released.
@@ -54,7 +54,7 @@ class MaxwellParameters(NamedTuple):
     friction: Stribeck  # static friction map of forward and of backward motion
     backward: Stribeck
     offset: float  # constant torque against the motor's, N m, of either sign
-    shares: Four  # share ``ai`` of each element in the friction; their sum is one
+    shares: Four  # fraction ``ai`` of the friction that each element carries; their sum is one
     stiffnesses: Four  # stiffness ``ki`` of each element, N m/rad
     relaxation: float  # ``1/C``, s/(N m); zero where a slipping element follows at once
 
@@ -76,9 +76,9 @@ class MaxwellState(NamedTuple):
 
 
 class Element(NamedTuple):
-    """One element before a step, seen in the direction of motion."""
+    """One element before a step, in the direction of motion."""
 
-    share: float  # share ``ai``
+    fraction: float  # fraction ``ai`` of the friction
     spring: float  # ``h ki``, N m s/rad
     delay: float  # ``1/(h C)``, 1/(N m)
     load: float  # torque, N m, positive where it opposes the motion
@@ -88,9 +88,9 @@ class Element(NamedTuple):
 def slipping_torque(element: Element, level: float, level_slope: float) -> tuple[float, float]:
     """Return the torque of an element that slips after a step and its slope, for ``g`` (N m) and its slope by speed."""
     if not element.slips:
-        return element.share * level, element.share * level_slope
+        return element.fraction * level, element.fraction * level_slope
     divisor = element.delay * level + 1.0
-    torque = level * (element.delay * element.load + element.share) / divisor
+    torque = level * (element.delay * element.load + element.fraction) / divisor
     return torque, torque / (level * divisor) * level_slope
 
 
@@ -137,9 +137,9 @@ def element_speed(
     return speed
 
 
-def held_load(joint: MaxwellParameters, share: float, load: float) -> float:
+def held_load(joint: MaxwellParameters, fraction: float, load: float) -> float:
     """Return what an element can hold of a torque (N m)."""
-    return min(max(load, -share * joint.backward.stiction), share * joint.friction.stiction)
+    return min(max(load, -fraction * joint.backward.stiction), fraction * joint.friction.stiction)
 
 
 def step_maxwell(joint: MaxwellParameters, state: MaxwellState, torque: float, period: float) -> MaxwellState:
@@ -219,7 +219,7 @@ def initial_maxwell(joint: MaxwellParameters, velocity: float) -> MaxwellState:
     friction_torque = friction_at(joint.friction, joint.backward, velocity)
     viscous = (joint.friction if velocity > 0.0 else joint.backward).viscous * velocity
     slip = 0.0 if velocity == 0.0 else (1.0 if velocity > 0.0 else -1.0)
-    first, second, third, fourth = (share * (friction_torque - viscous) for share in joint.shares)
+    first, second, third, fourth = (fraction * (friction_torque - viscous) for fraction in joint.shares)
     return MaxwellState(velocity, friction_torque, 0.0, first, second, third, fourth, slip, slip, slip, slip)
 
 
@@ -228,7 +228,7 @@ FourValues = Annotated[list[Positive], Field(min_length=ELEMENTS, max_length=ELE
 EVEN = [0.25, 0.25, 0.25, 0.25]
 
 KNOTS = (1.0 / 16.0, 1.0 / 4.0, 9.0 / 16.0, 1.0)
-"""Where on a rolling contact's curve the elements slip, as shares of its range: closer where it bends more."""
+"""Where on a rolling contact's curve the elements slip, as fractions of its range: closer where it bends more."""
 
 
 class SlipFields(FrictionFields):
@@ -240,7 +240,7 @@ class SlipFields(FrictionFields):
         check_gentle_at_rest(self)
 
     def _elements(self, shares: Four, displacements: Four, relaxation: float) -> MaxwellParameters:
-        torques = (share * self.stiction for share in shares)
+        torques = (fraction * self.stiction for fraction in shares)
         stiffnesses = tuple(torque / reach for torque, reach in zip(torques, displacements, strict=True))
         return MaxwellParameters(
             self.inertia, self.friction, self.friction_backward, self.offset, shares, _four(stiffnesses), relaxation
@@ -256,9 +256,9 @@ class MaxwellJoint(SlipFields):
         Kind of joint.
     displacements : list of float
         Displacement from rest, rad, after which each of the four elements slips where the others carry what they can:
-        positive, ascending. Element i has the stiffness ``share stiction/displacement``.
+        positive, ascending. Element i has the stiffness ``ai stiction/displacement``.
     shares : list of float, optional
-        Share of each element in the friction, positive, of the sum one; equal by default.
+        Fraction ``ai`` of the friction that each element carries, positive, of the sum one; equal by default.
     attraction : float, optional
         ``C``, N m/s, positive: how fast a slipping element follows the Stribeck curve. By default at once.
     **fields
@@ -282,7 +282,7 @@ class MaxwellJoint(SlipFields):
     def parameters(self) -> MaxwellParameters:
         """The parameters as the step takes them."""
         total = sum(self.shares)
-        shares = _four([share / total for share in self.shares])
+        shares = _four([fraction / total for fraction in self.shares])
         relaxation = 0.0 if self.attraction is None else 1.0 / self.attraction
         return self._elements(shares, _four(self.displacements), relaxation)
 
@@ -337,7 +337,7 @@ def check_maxwell_period(joint: MaxwellParameters, period: float) -> None:
 def _steepest(curve: Stribeck) -> float:
     """Return how steeply the elements' torque after a step can fall with the speed, N m s/rad.
 
-    A slipping element that follows with ``C`` falls ``(Fs e + 1)/(Fc e + 1)^2`` times as steeply as its share of the
+    A slipping element that follows with ``C`` falls ``(Fs e + 1)/(Fc e + 1)^2`` times as steeply as its part of the
     curve, ``e = 1/(h C)``, at most; that is one for ``Fs <= 2 Fc``, and has its largest value over ``e`` beyond.
     """
     ratio = curve.stiction / curve.coulomb

@@ -89,15 +89,15 @@ class FrictionVariation(Table):
     Parameters
     ----------
     warm_up_excess : float, optional
-        Friction of the cold joint beyond that of the warm one, as a share of the latter; more than -1.
+        Friction of the cold joint beyond that of the warm one, as a fraction of the latter; more than -1.
     warm_up_time : float, optional
         Time constant of warming up, s.
     position_amplitude : float, optional
-        Amplitude of the variation with position, as a share of the friction; less than 1.
+        Amplitude of the variation with position, as a fraction of the friction; less than 1.
     position_period : float, optional
         Motion after which it repeats, rad.
     load_share : float, optional
-        Share by which friction rises for each N m of gravity and of the loads of changes, of either sign, 1/(N m).
+        Fraction by which friction rises for each N m of gravity and of the loads of changes, of either sign, 1/(N m).
     thermal_resistance : float, optional
         Warmth that each watt of friction leads to, K/W.
     thermal_time : float, optional
@@ -127,7 +127,7 @@ class FrictionSchedule(NamedTuple):
     warm_up_time: float  # time constant of warming up, s
     amplitude: float  # amplitude of the variation with position
     waves: float  # its periods in a radian, times ``2 pi``
-    load_share: float  # share by which friction rises for each N m of load, 1/(N m)
+    load_share: float  # fraction by which friction rises for each N m of load, 1/(N m)
     resistance: float  # thermal resistance, K/W
     thermal_time: float  # thermal time constant, s
     thinning: float  # relative fall of friction for each kelvin, 1/K

@@ -9,7 +9,7 @@ from pydantic import Field, model_validator
 
 from plant.fields import NonNegative, Positive, Table
 
-Share = Annotated[float, Field(ge=0.0, lt=1.0, allow_inf_nan=False, strict=True)]
+Fraction = Annotated[float, Field(ge=0.0, lt=1.0, allow_inf_nan=False, strict=True)]
 
 
 def encoder_reading(resolution: float, position: float) -> float:
@@ -50,14 +50,14 @@ class Sensor(Table):
     leap : float, optional
         By how much single velocities are wrong, up or down, rad/s, ...
     leap_share : float, optional
-        ... and the share of the samples at which they are.
+        ... and the fraction of the samples at which they are.
     held : int, optional
         For how many samples the sensor now and then gives its last value once more, as one does whose messages are
         lost, ...
     held_share : float, optional
-        ... and the share of the samples at which it begins to.
+        ... and the fraction of the samples at which it begins to.
     ripple_amplitude : float, optional
-        By how much the measured angle is off, to and fro as the joint turns, rad: in the velocity that is a share of
+        By how much the measured angle is off, to and fro as the joint turns, rad: in the velocity that is a fraction of
         ``2 pi ripple_amplitude / ripple_period``, which must be below one, ...
     ripple_period : float, optional
         ... and the motion over which that repeats, rad; a turn by default.
@@ -66,9 +66,9 @@ class Sensor(Table):
     velocity_noise: NonNegative = 0.0
     encoder_resolution: Positive | None = None
     leap: NonNegative = 0.0
-    leap_share: Share = 0.0
+    leap_share: Fraction = 0.0
     held: Annotated[int, Field(ge=0, lt=2**63, strict=True)] = 0
-    held_share: Share = 0.0
+    held_share: Fraction = 0.0
     ripple_amplitude: NonNegative = 0.0
     ripple_period: Positive = 2.0 * math.pi
 
@@ -84,9 +84,9 @@ class Sensor(Table):
                 f"leap = {self.leap:g} rad/s is not allowed beside encoder_resolution: an encoder has no velocity"
             )
         for name in ("leap", "held"):
-            size, share = getattr(self, name), getattr(self, f"{name}_share")
-            if (size > 0) != (share > 0.0):
-                raise ValueError(f"{name} = {size:g} and {name}_share = {share:g} are not allowed: give both or none")
+            size, often = getattr(self, name), getattr(self, f"{name}_share")
+            if (size > 0) != (often > 0.0):
+                raise ValueError(f"{name} = {size:g} and {name}_share = {often:g} are not allowed: give both or none")
         ripple = self.angle_ripple
         if ripple.amplitude * ripple.waves >= 1.0:
             raise ValueError(

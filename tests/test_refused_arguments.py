@@ -69,7 +69,8 @@ OWN = {
 
 UNCHECKED = """
     plant.encoder_reading plant.scaled_friction plant.scaled_joint plant.stribeck_decay
-    controllers.Controller controllers.Native controllers.check_positive controllers.compiled controllers.delayed controllers.estimate_velocity
+    controllers.Controller controllers.Native controllers.check_positive
+    controllers.compiled controllers.delayed controllers.estimate_velocity
     controllers.natural controllers.planned_inputs controllers.remember controllers.step_in_memory
     controllers.PILoop controllers.DesignedLoop controllers.Observing controllers.argument controllers.controller
     adaptive_ff.OwnController.step adaptive_ff.Comparison.plot"""

@@ -8,6 +8,7 @@ import pytest
 
 ROOT = Path(__file__).resolve().parent.parent
 ROOMS = ("report", "cli", "comparison", "studies", "simulation", "scenario", "playground", "baselines", "blocks")
+ROOMS += ("export", "../controllers", "../plant")
 
 TERMS = {
     **dict.fromkeys(("told", "untold"), "given, unspecified, known"),
@@ -22,7 +23,7 @@ TERMS = {
 """Private words, and terms of the field for them."""
 
 KEYS = {"friction_share", "link_share", "position_hats", "share_of_oracle"}
-KEYS |= {"controller_block", "joint_block", "drive_block"}
+KEYS |= {"controller_block", "joint_block", "drive_block", "load_share", "leap_share", "held_share", "shares"}
 """Fields of scenarios and results, arguments and functions, which stay."""
 
 PHRASES = re.compile(

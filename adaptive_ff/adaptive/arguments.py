@@ -9,7 +9,7 @@ from adaptive_ff.friction.model import FURTHER
 from controllers import check_positive
 from controllers.arrays import NDArray
 from controllers.checks import check_finite, check_numbers
-from controllers.plausible_sizes import LARGEST_VELOCITY, inertia_bounds
+from controllers.plausibility import LARGEST_VELOCITY, inertia_bounds
 
 Array = NDArray[np.float64]
 

@@ -239,9 +239,9 @@ class JointGroup:
     def _bind(self) -> None:
         """Step all joints in one call, where they are in memory and none needs the angles of others."""
         self._stepped = [controller._in_memory() for controller in self._controllers]
-        blocks = [native.block for native in self._stepped if native is not None]
-        together = len(blocks) == len(self._stepped) and not self._regressors.forms
-        self._fast = fast_step(blocks, self._rows, self.period, together=True) if together else declined
+        natives = [native.addresses for native in self._stepped if native is not None]
+        together = len(natives) == len(self._stepped) and not self._regressors.forms
+        self._fast = fast_step(natives, self._rows, self.period, together=True) if together else declined
 
     def _checked_step(self, given: Any) -> Array:
         """Do a step with inputs and regressors that have not been checked; of those left out, what stands for them."""

@@ -6,8 +6,7 @@ import numpy as np
 
 from adaptive_ff.adaptive.state import AdaptiveParameters, AdaptiveState
 from adaptive_ff.learning.kalman import LOOP
-from controllers.plausibility import MOST_TIME
-from controllers.plausible_sizes import LARGEST_VELOCITY, largest_torque
+from controllers.plausibility import LARGEST_VELOCITY, MOST_TIME, largest_torque
 
 ROUNDING = 1e-9
 """How far an estimate may lie beyond its range, relative to it."""

@@ -54,7 +54,7 @@ class Drive:
             return run_controller(self.controller, setup, position, stop, record)
         if self._called is None:
             return run_plain(self.controller, None, setup, position, stop, record)[1]
-        position = run_in_memory(self._called.block, 0, setup, position, stop, record)[1]
+        position = run_in_memory(self._called.addresses, 0, setup, position, stop, record)[1]
         self._called.check()
         return position
 

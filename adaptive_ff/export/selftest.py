@@ -11,7 +11,7 @@ from controllers.interface import inertia_of
 from controllers.kernels.names import c_name
 
 TOLERANCE = {False: 1e-9, True: 7e-5}
-"""Largest difference to the recorded run, as a share of its largest torque, in double and in single precision.
+"""Largest difference to the recorded run, as a fraction of its largest torque, in double and in single precision.
 
 In single precision 2.0e-5 was measured at most for controllers that identify, and 1.3e-5 for the others.
 """

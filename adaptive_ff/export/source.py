@@ -13,7 +13,7 @@ from adaptive_ff.export.rendering import rendered
 from adaptive_ff.export.sample import optional_inputs, unchecked_inputs
 from adaptive_ff.export.tables import arrays_of, arrays_struct, has_own_start, state_tables
 from adaptive_ff.friction.model import unit_of
-from controllers.kernels.comments import block_comment, joined, plain, summary
+from controllers.kernels.comments import comment_lines, joined, plain, summary
 from controllers.kernels.helpers import helper_texts
 from controllers.kernels.names import c_name
 from controllers.kernels.sources import Constant
@@ -81,7 +81,7 @@ def _common(export: Export) -> dict[str, Any]:
         "largest": LARGEST_REGRESSOR,
         "nan": math.nan,
         "literal": export.precision.literal,
-        "comment": block_comment,
+        "comment": comment_lines,
         "c_name": c_name,
     }
 
@@ -106,9 +106,10 @@ def _translated(export: Export) -> str:
 
 
 def _constants(export: Export) -> str:
-    lines = []
+    lines, last = [], ""
     for name, constant in sorted(export.unit.constants.items()):
-        lines += block_comment(constant.doc).splitlines() if constant.doc else []
+        lines += comment_lines(constant.doc).splitlines() if constant.doc and constant.doc != last else []
+        last = constant.doc
         lines += _definitions(export, name, constant)
     return "\n".join(lines)
 
@@ -135,14 +136,14 @@ def used_functions(export: Export) -> list[Function]:
 
 
 def _kernels(export: Export) -> str:
-    parts, last, seen = [], "", set()
+    parts, last, written = [], "", set()
     for function in used_functions(export):
         kernel = function.kernel
         if kernel.path != last:
             last = kernel.path
             module = importlib.import_module(kernel.function.__module__)
-            text = f"---- {kernel.path}" if last in seen else f"---- {kernel.path}\n\n{summary(module)}"
-            seen.add(last)
-            parts.append(block_comment(text))
+            text = f"---- {kernel.path}" if last in written else f"---- {kernel.path}\n\n{summary(module)}"
+            written.add(last)
+            parts.append(comment_lines(text))
         parts.append(function.text)
     return joined(parts)

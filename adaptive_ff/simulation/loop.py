@@ -291,7 +291,7 @@ def run_compiled(
     if type(parameters) in INLINED:
         return run_in_memory(parameters, state, setup, position, stop, record)
     native = Native(parameters, state)
-    _, position = run_in_memory(native.block, 0, setup, position, stop, record)
+    _, position = run_in_memory(native.addresses, 0, setup, position, stop, record)
     return native.state, position
 
 

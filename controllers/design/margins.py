@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
@@ -24,7 +24,7 @@ class LoopMargins:
     Attributes
     ----------
     crossover : float
-        Frequency of the last crossing of gain one, as a share of the sampling frequency; not a number without one.
+        Frequency of the last crossing of gain one, as a fraction of the sampling frequency; not a number without one.
     maximum_sensitivity : float
         Largest ``|1/(1 + L)|``; infinite where the closed loop is unstable.
     gain_margin : float
@@ -42,6 +42,11 @@ class LoopMargins:
     def stable(self) -> bool:
         """Whether the closed loop is stable."""
         return math.isfinite(self.maximum_sensitivity)
+
+
+def in_hertz(margins: LoopMargins, period: float) -> dict[str, float]:
+    """Return margins by name, the crossover in Hz for a sampling period in s."""
+    return {**asdict(margins), "crossover": margins.crossover / period}
 
 
 def loop_margins(numerator: NDArray[Any], denominator: NDArray[Any], slowest: float) -> LoopMargins:

@@ -6,8 +6,8 @@ filter ``Q`` of its own. With ``q = z^-1``, a nominal inertia and period of 1 an
     u = C (r - w) + Q (q^(1+d) u - (1 - q) w),    C = Kp + Ki/(1 - q),
 
 where the observer knows the *realised* torque, delay included. Where the feedback uses the observer's velocity instead
-of the measured one, ``Q`` is replaced by ``S = Q - C R``, with ``R`` the share of the same difference by which the two
-velocities differ. The open loop is that of :mod:`controllers.design.sampled_loop`.
+of the measured one, ``Q`` is replaced by ``S = Q - C R``, with ``R`` the fraction of the same difference by which the
+two velocities differ. The open loop is that of :mod:`controllers.design.sampled_loop`.
 
 Margins are those of the joint that the designer assumes. The anti-windup of the PI loop is left out; it does nothing
 within the torque limit unless a delay makes the realised torque differ from the last command.
@@ -23,37 +23,27 @@ import numpy as np
 
 from controllers.checks import check_numbers, check_positive
 from controllers.design.arguments import check_sensitivity, check_whole_delay
-from controllers.design.margins import LoopMargins, OpenLoop, largest_setting, loop_margins
+from controllers.design.margins import LoopMargins, OpenLoop, in_hertz, largest_setting, loop_margins
 from controllers.design.sampled_loop import Compensation, SampledLoop, open_loop, sampled_loop
 from controllers.design.velocity_filter import filter_of
 
 SLOWEST = 0.1
-"""Bandwidth from which the search for the fastest observer starts, as a share of the crossover of the feedback."""
+"""Bandwidth from which the search for the fastest observer starts, as a fraction of the crossover of the feedback."""
 
 
 @dataclass(frozen=True)
-class ObserverDesign:
+class ObserverDesign(LoopMargins):
     """A designed observer and the margins of the whole loop.
 
     Attributes
     ----------
     bandwidth : float
         Bandwidth of the observer, Hz.
-    crossover : float
-        Open-loop crossover of the sampled loop, observer and delay included, Hz.
-    maximum_sensitivity : float
-        Largest ``|1/(1 + L)|``; infinite where the loop is unstable.
-    gain_margin : float
-        Factor by which the loop gain may grow.
-    phase_margin : float
-        Phase margin, degrees.
+    **margins
+        Those of the sampled loop, observer and delay included, as of ``LoopMargins``; the crossover in Hz.
     """
 
     bandwidth: float
-    crossover: float
-    maximum_sensitivity: float
-    gain_margin: float
-    phase_margin: float
 
 
 def on_measured_velocity(velocity_gain: float, disturbance_gain: float) -> Compensation:
@@ -123,6 +113,4 @@ def design_observer(
     if not 0.0 < bandwidth <= 0.5 / period:
         raise ValueError(f"bandwidth = {bandwidth} is not allowed: it must be positive, at most {0.5 / period:g} Hz")
     reached = margins_at(loop, angle, compensation)
-    return ObserverDesign(
-        bandwidth, reached.crossover / period, reached.maximum_sensitivity, reached.gain_margin, reached.phase_margin
-    )
+    return ObserverDesign(**in_hertz(reached, period), bandwidth=bandwidth)

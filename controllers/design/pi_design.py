@@ -3,7 +3,7 @@
 import math
 import warnings
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from functools import cache, lru_cache
 from typing import Any
 
@@ -25,7 +25,7 @@ SLOWEST = 1e-4
 
 
 @dataclass(frozen=True)
-class PIDesign:
+class PIDesign(LoopMargins):
     """A designed PI loop and the margins it reaches.
 
     Attributes
@@ -36,14 +36,8 @@ class PIDesign:
         Integral gain ``Ki = Kp 2 pi bandwidth / 5``, N m/rad.
     bandwidth : float
         Open-loop crossover that the gains were made for, Hz.
-    crossover : float
-        Open-loop crossover of the sampled loop, integral part, delay and velocity filter included, Hz.
-    maximum_sensitivity : float
-        Largest ``|1/(1 + L)|``.
-    gain_margin : float
-        Factor by which the loop gain may grow.
-    phase_margin : float
-        Phase margin, degrees.
+    **margins
+        Those of the sampled loop, all its parts included, as of ``LoopMargins``; the crossover in Hz.
     inertia : float
         Inertia that it is for, kg m^2.
     period : float
@@ -57,10 +51,6 @@ class PIDesign:
     proportional: float
     integral: float
     bandwidth: float
-    crossover: float
-    maximum_sensitivity: float
-    gain_margin: float
-    phase_margin: float
     inertia: float
     period: float
     delay: int
@@ -165,13 +155,10 @@ def design_pi(
     relative = max(bandwidth * period, SLOWEST)
     margins = _margins(relative, int(delay), filter_of(velocity))
     return PIDesign(
+        **{**asdict(margins), "crossover": margins.crossover * bandwidth / relative},
         proportional=proportional,
         integral=integral,
         bandwidth=bandwidth,
-        crossover=margins.crossover * bandwidth / relative,
-        maximum_sensitivity=margins.maximum_sensitivity,
-        gain_margin=margins.gain_margin,
-        phase_margin=margins.phase_margin,
         inertia=inertia,
         period=period,
         delay=int(delay),

@@ -8,44 +8,34 @@ import numpy as np
 
 from controllers.checks import check_positive
 from controllers.design.arguments import check_sensitivity, check_whole_delay
-from controllers.design.margins import OpenLoop, largest_setting, loop_margins
+from controllers.design.margins import LoopMargins, OpenLoop, in_hertz, largest_setting, loop_margins
 from controllers.design.pi_design import pi_gains
 from controllers.design.velocity_filter import VelocityFilter, filter_of, in_z
 from controllers.sensitivity import PI_SENSITIVITY
 
-BANDWIDTH_SHARE = 1.0 / 6.0
-"""Default position gain, as a share of the angular bandwidth of the velocity loop."""
+BANDWIDTH_FRACTION = 1.0 / 6.0
+"""Default position gain, as a fraction of the angular bandwidth of the velocity loop."""
 
 
 @dataclass(frozen=True)
-class PositionDesign:
+class PositionDesign(LoopMargins):
     """A designed position loop and the margins of the cascade.
 
     Attributes
     ----------
     gain : float
         Position gain ``Kv``, 1/s.
-    crossover : float
-        Crossover of the open position loop, Hz.
-    maximum_sensitivity : float
-        Largest ``|1/(1 + L)|`` of the position loop; infinite where it is unstable.
-    gain_margin : float
-        Factor by which the position gain may grow.
-    phase_margin : float
-        Phase margin of the position loop, degrees.
+    **margins
+        Those of the position loop, as of ``LoopMargins``; the crossover in Hz.
     """
 
     gain: float
-    crossover: float
-    maximum_sensitivity: float
-    gain_margin: float
-    phase_margin: float
 
 
 def default_position_gain(bandwidth: float) -> float:
     """Return the position gain (1/s) for a bandwidth of the velocity loop (Hz)."""
     check_positive(bandwidth=bandwidth)
-    return BANDWIDTH_SHARE * 2.0 * math.pi * bandwidth
+    return BANDWIDTH_FRACTION * 2.0 * math.pi * bandwidth
 
 
 def design_position_loop(
@@ -108,9 +98,7 @@ def design_position_loop(
             f"{int(delay)} periods of delay and a maximum sensitivity of {maximum_sensitivity:g} it must be at most "
             f"{largest / period:.6g} 1/s"
         )
-    return PositionDesign(
-        gain, reached.crossover / period, reached.maximum_sensitivity, reached.gain_margin, reached.phase_margin
-    )
+    return PositionDesign(**in_hertz(reached, period), gain=gain)
 
 
 def _opened(relative_bandwidth: float, setting: float, delay: int, velocity: VelocityFilter) -> OpenLoop:

@@ -32,24 +32,12 @@ NO_OBSERVER = Compensation(np.zeros(1), np.ones(1))
 
 
 class SampledLoop(NamedTuple):
-    """What a loop with an observer is designed for, made free of units by inertia and period.
+    """What a loop with an observer is designed for, made free of units by inertia and period."""
 
-    Attributes
-    ----------
-    proportional : float
-        ``Kp Ts/J``.
-    integral : float
-        ``Ki Ts^2/J``.
-    delay : int
-        Computation delay, whole periods.
-    velocity : VelocityFilter
-        What the measured velocity is of the true one.
-    """
-
-    proportional: float
-    integral: float
-    delay: int
-    velocity: VelocityFilter = NO_FILTER
+    proportional: float  # ``Kp Ts/J``
+    integral: float  # ``Ki Ts^2/J``
+    delay: int  # computation delay, whole periods
+    velocity: VelocityFilter = NO_FILTER  # what the measured velocity is of the true one
 
     @property
     def feedback(self) -> Polynomial:
@@ -64,8 +52,8 @@ def open_loop(loop: SampledLoop, compensation: Compensation = NO_OBSERVER) -> tu
     once = difference if loop.integral > 0.0 else np.ones(1)  # the factor that cancels without an integral
     feedback = loop.feedback if loop.integral > 0.0 else np.array([loop.proportional])
     direct = _product(compensation.numerator, _product(difference, once))
-    late_and_seen = _product(late, np.array(loop.velocity.numerator))
-    numerator = _product(np.polyadd(_product(feedback, compensation.denominator), direct), late_and_seen)
+    late_and_measured = _product(late, np.array(loop.velocity.numerator))
+    numerator = _product(np.polyadd(_product(feedback, compensation.denominator), direct), late_and_measured)
     rest = np.polyadd(compensation.denominator, -_product(compensation.numerator, late))
     denominator = _product(_product(rest, np.array(loop.velocity.denominator)), _product(difference, once))
     size = max(numerator.size, denominator.size)

@@ -56,8 +56,8 @@ def _(estimator: DifferenceVelocity) -> VelocityFilter:
 
 @velocity_filter.register
 def _(estimator: LowPassVelocity) -> VelocityFilter:
-    share = -math.expm1(-estimator.pole * estimator.period)
-    return VelocityFilter((0.5 * share, 0.5 * share), (share - 1.0, 1.0))
+    fraction = -math.expm1(-estimator.pole * estimator.period)
+    return VelocityFilter((0.5 * fraction, 0.5 * fraction), (fraction - 1.0, 1.0))
 
 
 @velocity_filter.register
@@ -68,8 +68,8 @@ def _(estimator: KalmanVelocity) -> VelocityFilter:
     closed = transition - np.outer(gain, transition[0])
     characteristic = np.poly(closed)
     # the velocity row of z (z I - closed)^-1 gain, over the position (T/2)(z + 1)/(z - 1) of a velocity
-    shown = np.outer(gain, [0.0, 1.0, 0.0])
-    from_position = np.poly(closed - shown) - characteristic
+    fed = np.outer(gain, [0.0, 1.0, 0.0])
+    from_position = np.poly(closed - fed) - characteristic
     without_integrator, _ = np.polydiv(np.append(from_position[1:], 0.0), [1.0, -1.0])
     numerator = 0.5 * period * np.convolve(without_integrator, [1.0, 1.0])
     padded = np.pad(numerator, (characteristic.size - numerator.size, 0))

@@ -5,7 +5,7 @@ import ast
 from controllers.kernels.calls import Calls
 from controllers.kernels.names import c_name
 from controllers.kernels.operators import ARITHMETIC
-from controllers.kernels.scope import Scope, Variable
+from controllers.kernels.scope import Scope, Unused, Variable
 from controllers.kernels.types import INTEGER, REAL, Array, Line, Record, passed_by_pointer
 from controllers.kernels.values import Value
 
@@ -176,21 +176,22 @@ class Assignments:
                 raise self.refusal(target, f"{name} changes its type; begin with 0.0 for a real number")
         self.scope.given.add(name)
         once = self.scope.stores[name] == 1
-        if self.scope.is_declared(name):
+        if name in self.scope.declared:
             if known is None:
                 assert value.type is not None
                 natural = value.natural and (once or self.scope.counted[name] == self.scope.stores[name])
                 self.scope.variables[name] = Variable(c_name(name), value.type, natural=natural)
             self.scope.emit(f"{c_name(name)} = {value.content};")
             return
-        self.scope.declare(name)
+        self.scope.declared.add(name)
         self._declare(name, value, once)
 
     def _declare(self, name: str, value: Value, once: bool) -> None:
         kind = value.type
         assert kind is not None
         text = c_name(name)
-        if once and passed_by_pointer(kind) and value.root and self.scope.is_constant(value.root):
+        owner = self.scope.variables.get(value.root)
+        if once and passed_by_pointer(kind) and owner is not None and owner.pointer:
             self.scope.variables[name] = Variable(text, kind, pointer=True)
             pointer = value.text if value.pointer else f"&{value.text}"
             self.scope.emit(f"const {self.unit.c_type(kind)} *{text} = {pointer};")
@@ -204,7 +205,7 @@ class Assignments:
             self.scope.variables[name] = Variable(text, kind, constant=known, natural=value.natural and once)
             constant = "const " if once and not isinstance(kind, Array) else ""
             self.scope.emit(f"{constant}{self.unit.declaration(kind, text)} = {value.content};")
-        self.scope.note_declaration(name)
+        self.scope.lines.append((self.scope.depth, Unused(name)))
 
     def _unpack(self, target: ast.Tuple, node: ast.expr) -> None:
         if isinstance(node, ast.Tuple):

@@ -22,14 +22,14 @@ def plain(text: str) -> str:
     return text.replace("*/", "* /").replace("/*", "/ *").replace("``", "").replace("??", "? ?")
 
 
-def block_comment(text: str, indent: str = "") -> str:
+def comment_lines(text: str, indent: str = "") -> str:
     """Return a text of one or more lines as a comment of its own lines."""
     lines = plain(text).rstrip().splitlines()
     if not lines:
         return ""
     if len(lines) == 1 and len(indent) + len(lines[0]) + 6 <= WIDTH:
         return f"{indent}/* {lines[0]} */\n"
-    wrapped = [piece for line in lines for piece in (_wrapped(line, WIDTH - len(indent) - 3) or [""])]
+    wrapped = [part for line in lines for part in (_wrapped(line, WIDTH - len(indent) - 3) or [""])]
     body = "\n".join(f"{indent} * {line}".rstrip() for line in wrapped[1:])
     return f"{indent}/* {wrapped[0]}\n{body}{chr(10) if body else ''}{indent} */\n"
 
@@ -98,8 +98,8 @@ def _by_field(line: str, margin: int, width: int) -> list[str]:
     else:
         return []
     ends = [*cuts[1:], place]
-    pieces = [line[first:last].strip().rstrip(",") for first, last in zip(cuts, ends, strict=True)]
-    inner = [part for piece in pieces for part in wrapped_code(f"{' ' * (margin + 4)}{piece},", width)]
+    parts = [line[first:last].strip().rstrip(",") for first, last in zip(cuts, ends, strict=True)]
+    inner = [part for part in parts for part in wrapped_code(f"{' ' * (margin + 4)}{part},", width)]
     return [line[:start], *inner, *wrapped_code(" " * margin + line[place:], width)]
 
 

@@ -81,8 +81,8 @@ def controller_text(
     assert isinstance(step.result, Record)
     assert isinstance(inputs, Record)
     output, new = (name for name, _ in step.result.fields)
-    own, block = unit.c_type(state), f"((const {unit.c_type(parameters)} *)parameters)"
-    passed = f"{block if passed_by_pointer(parameters) else '*' + block}"
+    own, own_parameters = unit.c_type(state), f"((const {unit.c_type(parameters)} *)parameters)"
+    passed = f"{own_parameters if passed_by_pointer(parameters) else '*' + own_parameters}"
     passed += f", {'own' if passed_by_pointer(state) else '*own'}"
     head = "const void *restrict parameters, void *restrict state, double *restrict row, int64_t count"
     fields = ", ".join(f"row[{k}]" for k in range(len(inputs.fields)))

@@ -3,7 +3,7 @@
 import ast
 from typing import Any
 
-from controllers.kernels.scope import Scope
+from controllers.kernels.scope import Scope, Unused
 from controllers.kernels.sources import Constant
 from controllers.kernels.types import BOOLEAN, INTEGER, REAL, Array, Record, Type, is_within_word, passed_by_pointer
 from controllers.kernels.unit import Unit
@@ -93,7 +93,7 @@ class Expressions:
         assert kind is not None
         constant = "" if isinstance(kind, Array) else "const "
         self.scope.emit(f"{constant}{self.unit.declaration(kind, name)} = {value.content};")
-        self.scope.note_declaration(name)  # what it is passed to may be known at translation
+        self.scope.lines.append((self.scope.depth, Unused(name)))  # what it is passed to may be known at translation
         return name
 
     def placed(self, node: ast.AST, value: Value) -> Value:

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import Any
 
 from controllers.kernels.calls import Calls
-from controllers.kernels.comments import block_comment, wrapped_code
+from controllers.kernels.comments import comment_lines, wrapped_code
 from controllers.kernels.names import c_name, function_name
 from controllers.kernels.results import ResultNames
 from controllers.kernels.scope import Declaration, Scope, Unused, Variable
@@ -80,7 +80,7 @@ def _translated(unit: Unit, kernel: Kernel, kinds: tuple[Type, ...], constants: 
         else:
             declared.append(f"const {unit.c_type(kind)} *{restrict}{wish}")
             scope.variables[argument.arg] = Variable(wish, kind, pointer=True)
-        scope.declare(argument.arg)
+        scope.declared.add(argument.arg)
         scope.given.add(argument.arg)
     statements = Statements(Calls(unit, scope), ResultNames(name))
     statements.body()
@@ -108,9 +108,9 @@ def _translated(unit: Unit, kernel: Kernel, kinds: tuple[Type, ...], constants: 
         lines.append(f"{'    ' * depth}{item}")
     lines.append("}")
     if unit.fixed:
-        lines = [piece for line in lines for piece in wrapped_code(line)]
+        lines = [part for line in lines for part in wrapped_code(line)]
     text = "\n".join(lines) + "\n"
-    comment = block_comment(inspect.getdoc(kernel.function) or "") if unit.fixed else ""
+    comment = comment_lines(inspect.getdoc(kernel.function) or "") if unit.fixed else ""
     natural = result == INTEGER and statements.natural
     return Function(name, result, kernel, comment + text, scope.writes > 0, statements.constant, natural)
 

@@ -74,8 +74,8 @@ _FORMS: dict[Hashable, tuple[int, struct.Struct]] = {}
 def _form(value: Any, kind: Hashable) -> tuple[int, struct.Struct]:
     """Return size (bytes) and format of a value, found once for a structure."""
     if kind not in _FORMS:
-        layout = record_type(value)
-        _FORMS[kind] = (layout.itemsize, struct.Struct(_format(list(_places(value, layout, 0)))))
+        layout = struct.Struct("@" + _format(value))
+        _FORMS[kind] = layout.size, layout
     return _FORMS[kind]
 
 
@@ -96,26 +96,13 @@ def _number(value: Any) -> str:
     raise TypeError(f"{value!r} of {type(value).__name__} is not allowed: compiled code takes numbers and arrays")
 
 
-def _places(value: Any, layout: np.dtype[Any], offset: int) -> Iterator[tuple[str, int]]:
-    """Yield kind and offset of every number, in order."""
+def _format(value: Any) -> str:
+    """Return the format of a value for the module ``struct``; a tuple begins and ends where its widest number may."""
     if isinstance(value, tuple):
-        for place, item in enumerate(value):
-            kind, start = layout.fields[f"f{place}"][:2]  # type: ignore[index]
-            yield from _places(item, kind, offset + start)
-    elif isinstance(value, np.ndarray):
-        for word in range(1 + value.ndim):
-            yield "q", offset + 8 * word
-    else:
-        yield _number(value), offset
-
-
-def _format(places: list[tuple[str, int]]) -> str:
-    """Return the format of ``struct`` with the gaps between the numbers written out."""
-    parts, end = ["="], 0
-    for kind, offset in places:
-        parts.append(f"{offset - end}x{kind}" if offset > end else kind)
-        end = offset + struct.calcsize(kind)
-    return "".join(parts)
+        inner = "".join(map(_format, value))
+        edge = "0q" if inner.strip("?") else ""
+        return edge + inner + edge
+    return "q" * (1 + value.ndim) if isinstance(value, np.ndarray) else _number(value)
 
 
 def _spread(value: Any, words: list[Any], arrays: dict[tuple[int, ...], np.ndarray[Any, Any]]) -> None:

@@ -10,7 +10,7 @@ from controllers.kernels.types import Type
 from controllers.kernels.values import Value
 
 Path = tuple[tuple[int, str], ...]
-"""Blocks around a statement, outermost first: each the number of its statement and which of its blocks."""
+"""Blocks around a statement, outermost first: each the number of its statement and which of its bodies."""
 
 
 @dataclass
@@ -66,7 +66,7 @@ class Scope:
         self.ended = False
         self.loops: list[Loop] = []
         self.folded: set[int] = set()
-        self._declared: set[str] = set()
+        self.declared: set[str] = set()
         self._homes: dict[str, Path] = {}
         body = self.kernel.tree.body
         self._find_homes(body, ())
@@ -79,16 +79,16 @@ class Scope:
 
     def _find_homes(self, body: list[ast.stmt], path: Path) -> None:
         for statement in body:
-            blocks = {name: getattr(statement, name, None) or [] for name in ("body", "orelse")}
-            inner = {id(node) for block in blocks.values() for child in block for node in ast.walk(child)}
+            bodies = {name: getattr(statement, name, None) or [] for name in ("body", "orelse")}
+            inner = {id(node) for body in bodies.values() for child in body for node in ast.walk(child)}
             for node in ast.walk(statement):
                 if isinstance(node, ast.Name) and id(node) not in inner:
                     self._homes[node.id] = _common(self._homes.get(node.id, path), path)
-            for name, block in blocks.items():
-                self._find_homes(block, (*path, (id(statement), name)))
+            for name, body in bodies.items():
+                self._find_homes(body, (*path, (id(statement), name)))
 
     def lives_in(self, name: str, path: Path) -> bool:
-        """Tell whether a variable belongs to a block; the blocks of conditions known at translation are none."""
+        """Tell whether a variable belongs to a body; the bodies of conditions known at translation are none."""
         home = self._homes.get(name, path)
         return self._opened(home) == self._opened(path)
 
@@ -108,39 +108,22 @@ class Scope:
         self._taken.add(name)
         return name
 
-    def is_declared(self, name: str) -> bool:
-        """Tell whether a variable has been declared."""
-        return name in self._declared
-
-    def declare(self, name: str) -> None:
-        """Note that a variable is declared."""
-        self._declared.add(name)
-
     def announce(self, statement: ast.stmt, path: Path) -> None:
         """Declare variables that get their first value within a statement and live on after it."""
         for node in ast.walk(statement):
             if not (isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)):
                 continue
-            if node.id != "_" and node.id not in self._declared and self.lives_in(node.id, path):
+            if node.id != "_" and node.id not in self.declared and self.lives_in(node.id, path):
                 if self.counted[node.id] == self.stores[node.id]:
                     continue  # counters are declared by their loops
                 self.lines.append((self.depth, Declaration(node.id)))
-                self.declare(node.id)
+                self.declared.add(node.id)
 
     def value(self, name: str) -> Value:
         """Return a variable as an expression."""
         variable = self.variables[name]
         text, kind, known = variable.name, variable.type, variable.constant
         return Value(text, kind, constant=known, root=name, pointer=variable.pointer, natural=variable.natural)
-
-    def is_constant(self, name: str) -> bool:
-        """Tell whether a name is an argument that keeps its value, or a constant reference to a part of one."""
-        variable = self.variables.get(name)
-        return variable is not None and variable.pointer
-
-    def note_declaration(self, name: str) -> None:
-        """Note where a variable is declared, for the remark that it is not used."""
-        self.lines.append((self.depth, Unused(name)))
 
 
 def _common(first: Path, second: Path) -> Path:

@@ -35,7 +35,7 @@ class Statements(Assignments):
         if isinstance(first, ast.Expr) and isinstance(first.value, ast.Constant):
             self._commented.update(range(first.lineno, (first.end_lineno or first.lineno) + 1))
             statements = statements[1:]
-        self.block(statements, ())
+        self.sequence(statements, ())
         if not self.scope.ended and self.result is not None:
             raise self.refusal(self.kernel.tree, "it must return a value at its end, as it does elsewhere")
 
@@ -44,8 +44,8 @@ class Statements(Assignments):
         """What the function returns, where it does nothing else and that is known."""
         return self.constants[0] if len(self.constants) == 1 and not self.scope.writes else None
 
-    def block(self, statements: list[ast.stmt], path: Path) -> None:
-        """Translate the statements of a block, up to one behind which nothing comes."""
+    def sequence(self, statements: list[ast.stmt], path: Path) -> None:
+        """Translate the statements of a sequence, up to one behind which nothing comes."""
         for statement in statements:
             if self.scope.ended:
                 return
@@ -124,7 +124,7 @@ class Statements(Assignments):
         if test.constant is not None:  # sizes decide it: the other branch is for other sizes
             self.scope.folded.add(id(statement))
             branch, name = (statement.body, "body") if test.constant else (statement.orelse, "orelse")
-            self.block(branch, (*path, (id(statement), name)))
+            self.sequence(branch, (*path, (id(statement), name)))
             return
         self.scope.announce(statement, path)
         start, before = len(self.scope.lines), set(self.scope.given)
@@ -155,7 +155,7 @@ class Statements(Assignments):
 
     def _indented(self, statements: list[ast.stmt], path: Path) -> None:
         self.scope.depth += 1
-        self.block(statements, path)
+        self.sequence(statements, path)
         self.scope.depth -= 1
 
     def _for(self, statement: ast.For, path: Path) -> None:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from controllers.kernels.comments import WIDTH, block_comment, described, summary
+from controllers.kernels.comments import WIDTH, comment_lines, described, summary
 from controllers.kernels.errors import NotTranslatable
 from controllers.kernels.literals import Precision
 from controllers.kernels.meanings import meaning
@@ -122,10 +122,10 @@ class Unit:
             declared = self.declaration(item, c_name(field))
             beside = f"    {declared}; /* {text} */"
             if text and len(beside) <= WIDTH and "*/" not in text:
-                lines.append(block_comment(text, f"    {declared}; ").replace("\n", ""))
+                lines.append(comment_lines(text, f"    {declared}; ").replace("\n", ""))
             else:
-                lines += [*block_comment(text, "    ").splitlines(), f"    {declared};"]
-        comment = block_comment(summary(kind.origin)) if kind.origin and self.fixed else ""
+                lines += [*comment_lines(text, "    ").splitlines(), f"    {declared};"]
+        comment = comment_lines(summary(kind.origin)) if kind.origin and self.fixed else ""
         return f"{comment}typedef struct {{\n" + "\n".join(lines) + f"\n}} {name};\n"
 
     def compound(self, record: Record, values: Sequence[Value]) -> str:

@@ -12,37 +12,17 @@ PRIMARY, UNARY, PRODUCT, SUM, ORDER, EQUALITY, CONJUNCTION, DISJUNCTION, CHOICE 
 
 @dataclass(frozen=True)
 class Value:
-    """An expression in C.
+    """An expression in C."""
 
-    Attributes
-    ----------
-    text : str
-        The expression; of a part of an array of open sizes, the array.
-    type : Type, optional
-        Its type; none for tuples of constants and for shapes, which have no value in C.
-    rank : int
-        How tightly its outermost operator binds.
-    constant : object
-        Its value where that is known at translation.
-    root : str
-        Variable that it is a part of; empty where it is no place in memory.
-    pointer : bool
-        Whether the text is a pointer to the value.
-    natural : bool
-        Whether it is an integer that is known not to be negative.
-    part : str
-        Of an array of open sizes: number of the row that it is, of all rows of the array; empty for the whole.
-    """
-
-    text: str
-    type: Type | None
-    rank: int = PRIMARY
-    constant: Any = None
-    root: str = ""
-    pointer: bool = False
-    natural: bool = False
-    part: str = ""
-    axes: int = 0
+    text: str  # the expression; of a part of an array of open sizes, the array
+    type: Type | None  # none for tuples of constants and for shapes, which have no value in C
+    rank: int = PRIMARY  # how tightly its outermost operator binds
+    constant: Any = None  # its value where that is known at translation
+    root: str = ""  # variable that it is a part of; empty where it is no place in memory
+    pointer: bool = False  # whether the text is a pointer to the value
+    natural: bool = False  # whether it is an integer that is known not to be negative
+    part: str = ""  # of an array of open sizes: number of the row that it is, of all rows; empty for the whole
+    axes: int = 0  # how many axes of the array that row has behind it
 
     def within(self, rank: int) -> str:
         """Return the text, in parentheses where an operator around it binds more tightly."""

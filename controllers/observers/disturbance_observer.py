@@ -16,10 +16,10 @@ from typing import Any, NamedTuple
 
 from controllers.declaration import argument, controller, derived, positive
 from controllers.loops import Observing, PILoop, designing
-from controllers.pi import PIState, asked_torque, feed_back, plausible_inputs
+from controllers.pi import PIState, asked_torque, plausible_inputs
 from controllers.plausibility import Guard, kept
-from controllers.registry import Inputs, Output, present_inertia, with_feedforward
-from controllers.torques import acting_torque, slope_torque
+from controllers.registry import Inputs, Output, present_inertia
+from controllers.torques import acting_torque, feed_ahead_and_back
 
 
 class DisturbanceObserverState(NamedTuple):
@@ -56,9 +56,8 @@ def observe_and_feed_back(
             disturbance -= math.expm1(-parameters.pole * elapsed) * ((impulse - momentum) / elapsed - disturbance)
         impulse, elapsed = 0.0, 0.0
     disturbance, impulse = kept(disturbance), kept(impulse)
-    ahead = slope_torque(parameters.inertia, inputs, state.reference, last.samples > 0, parameters.period)
-    output, feedback = feed_back(parameters.feedback, last, with_feedforward(inputs, ahead + disturbance), guard)
-    return Output(output.torque, inputs.feedforward + ahead), DisturbanceObserverState(
+    output, feedback = feed_ahead_and_back(parameters, state, inputs, guard, disturbance)
+    return output, DisturbanceObserverState(
         feedback, disturbance, impulse, elapsed, inputs.feedforward, inputs.reference
     )
 

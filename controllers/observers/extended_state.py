@@ -17,9 +17,9 @@ from typing import TYPE_CHECKING, Any
 from controllers.declaration import argument, as_given, controller, derived, positive
 from controllers.loops import DELAY, Observing, designing
 from controllers.observers.inertia_observer import ObservedLoopState, double_pole_gains, observe
-from controllers.pi import PIParameters, check_gains, feed_back, plausible_inputs
-from controllers.registry import Inputs, Output, present_inertia, with_feedforward, with_velocity
-from controllers.torques import slope_torque
+from controllers.pi import PIParameters, check_gains, plausible_inputs
+from controllers.registry import Inputs, Output, present_inertia, with_velocity
+from controllers.torques import feed_ahead_and_back
 
 if TYPE_CHECKING:
     from controllers.design.observer_design import ObserverDesign
@@ -33,14 +33,9 @@ def step_extended_state(
     inertia = present_inertia(inputs, parameters.inertia)
     gains = double_pole_gains(inertia, parameters.pole, inputs.dt)
     observer = observe(parameters.feedback, state, inputs, inertia, gains)
-    started = state.feedback.samples > 0
-    ahead = slope_torque(parameters.inertia, inputs, state.reference, started, parameters.period)
     observed = with_velocity(inputs, observer.velocity if math.isfinite(inputs.velocity) else inputs.velocity)
-    fed = with_feedforward(observed, ahead + observer.disturbance)
-    output, feedback = feed_back(parameters.feedback, state.feedback, fed, guard)
-    return Output(output.torque, inputs.feedforward + ahead), ObservedLoopState(
-        feedback, observer, inputs.feedforward, inputs.reference
-    )
+    output, feedback = feed_ahead_and_back(parameters, state, observed, guard, observer.disturbance)
+    return output, ObservedLoopState(feedback, observer, inputs.feedforward, inputs.reference)
 
 
 @controller(step_extended_state, ObservedLoopState)

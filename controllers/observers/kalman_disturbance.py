@@ -23,10 +23,10 @@ from controllers.checks import check_positive
 from controllers.declaration import argument, controller, portion, positive
 from controllers.loops import Observing, PILoop, designing
 from controllers.observers.inertia_observer import ObservedLoopState, observe
-from controllers.pi import feed_back, plausible_inputs
+from controllers.pi import plausible_inputs
 from controllers.plausibility import Guard
-from controllers.registry import Inputs, Output, present_inertia, with_feedforward
-from controllers.torques import slope_torque
+from controllers.registry import Inputs, Output, present_inertia
+from controllers.torques import feed_ahead_and_back
 
 
 def step_kalman_disturbance(
@@ -45,13 +45,8 @@ def filter_and_feed_back(
     scale = inertia / parameters.inertia  # 1 where none is given
     gains = (parameters.velocity_gain, parameters.disturbance_gain * scale)
     observer = observe(parameters.feedback, state, inputs, inertia, gains)
-    started = state.feedback.samples > 0
-    ahead = slope_torque(parameters.inertia, inputs, state.reference, started, parameters.period)
-    fed = with_feedforward(inputs, ahead + observer.disturbance)
-    output, feedback = feed_back(parameters.feedback, state.feedback, fed, guard)
-    return Output(output.torque, inputs.feedforward + ahead), ObservedLoopState(
-        feedback, observer, inputs.feedforward, inputs.reference
-    )
+    output, feedback = feed_ahead_and_back(parameters, state, inputs, guard, observer.disturbance)
+    return output, ObservedLoopState(feedback, observer, inputs.feedforward, inputs.reference)
 
 
 @controller(step_kalman_disturbance, ObservedLoopState)

@@ -18,10 +18,10 @@ from typing import NamedTuple
 
 from controllers.declaration import argument, controller, positive
 from controllers.loops import Observing, PILoop
-from controllers.pi import PIState, asked_torque, feed_back, plausible_inputs
+from controllers.pi import PIState, asked_torque, plausible_inputs
 from controllers.plausibility import kept
-from controllers.registry import Inputs, Output, present_inertia, with_feedforward
-from controllers.torques import acting_torque, slope_torque
+from controllers.registry import Inputs, Output, present_inertia
+from controllers.torques import acting_torque, feed_ahead_and_back
 
 FIRST, SECOND = 1.5, 1.1
 """Gains of the algorithm, over ``sqrt(L)`` and ``L``."""
@@ -81,9 +81,8 @@ def step_super_twisting(
             velocity = inputs.velocity
         impulse, elapsed = 0.0, 0.0
     velocity, disturbance, impulse = kept(velocity), kept(disturbance), kept(impulse)
-    ahead = slope_torque(parameters.inertia, inputs, state.reference, last.samples > 0, parameters.period)
-    output, feedback = feed_back(parameters.feedback, last, with_feedforward(inputs, ahead + disturbance), guard)
-    return Output(output.torque, inputs.feedforward + ahead), SuperTwistingState(
+    output, feedback = feed_ahead_and_back(parameters, state, inputs, guard, disturbance)
+    return output, SuperTwistingState(
         feedback, velocity, disturbance, impulse, elapsed, inputs.feedforward, inputs.reference
     )
 

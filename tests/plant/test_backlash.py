@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from drawn_joints import TORQUE, VELOCITY, accepted, friction_fields, mirrored
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydantic import ValidationError
@@ -16,7 +17,6 @@ from plant import (
     ElasticJoint,
     ElasticState,
     initial_state,
-    scaled_friction,
     step_backlash,
     step_elastic,
 )
@@ -157,10 +157,7 @@ def test_gear_is_rate_independent_without_damping():
 @st.composite
 def steps(draw):
     fields = {
-        "inertia": draw(st.floats(1.0, 100.0)),
-        "coulomb": draw(st.floats(0.0, 100.0)),
-        "viscous": draw(st.floats(0.0, 100.0)),
-        "stribeck_velocity": draw(st.floats(0.05, 0.5)),
+        **draw(friction_fields()),
         "friction_lag": draw(st.just(0.0) | st.floats(1e-4, 0.1)),
         "link_share": draw(st.floats(0.1, 0.9)),
         "link_stiffness": 10.0 ** draw(st.floats(2.0, 5.0)),
@@ -169,27 +166,13 @@ def steps(draw):
         "hysteresis": draw(st.just(0.0) | st.floats(1.0, 50.0)),
         "hysteresis_reach": draw(st.floats(1e-3, 1e-2)),
     }
-    fields["stiction"] = fields["coulomb"] + draw(st.floats(0.0, 50.0))
-    period = 1e-3
-    while True:
-        try:
-            joint = BacklashJoint(**fields, solver_period=period).parameters
-            break
-        except ValidationError:
-            period *= 0.5
-    velocity = st.just(0.0) | st.floats(-2.0, 2.0)
+    model = accepted(BacklashJoint, fields)
     wind = draw(st.floats(-100.0, 100.0)) / fields["link_stiffness"]
-    place = draw(st.floats(-1.0, 1.0)) * joint.half_gap
-    state = BacklashState(
-        draw(velocity),
-        draw(st.floats(-150.0, 150.0)),
-        0.0,
-        draw(velocity),
-        wind + place,
-        wind,
-        draw(st.floats(-1.0, 1.0)) * fields["hysteresis"],
-    )
-    return joint, state, draw(st.floats(-300.0, 300.0)), period
+    place = 0.5 * draw(st.floats(-1.0, 1.0)) * fields["gap"]
+    held = draw(st.floats(-1.0, 1.0)) * fields["hysteresis"]
+    friction = draw(st.floats(-150.0, 150.0))
+    state = BacklashState(draw(VELOCITY), friction, 0.0, draw(VELOCITY), wind + place, wind, held)
+    return model.parameters, state, draw(TORQUE), model.solver_period
 
 
 @settings(max_examples=100)
@@ -223,9 +206,7 @@ def test_step_solves_its_equations_stays_in_the_gap_and_is_odd(case):
         assert push <= tiny
     if place > -joint.half_gap + slack:
         assert push >= -tiny
-    turned = joint._replace(friction=joint.backward, backward=joint.friction, offset=-joint.offset)
-    mirrored = step_backlash(turned, BacklashState(*(-value for value in state)), -torque, h)
-    assert mirrored == pytest.approx(tuple(-value for value in after), rel=1e-12, abs=1e-15)
+    assert mirrored(step_backlash, joint, state, torque, h) == pytest.approx(after, rel=1e-12, abs=1e-15)
 
 
 def test_link_coasts_in_the_gap_while_the_motor_sticks():
@@ -235,12 +216,6 @@ def test_link_coasts_in_the_gap_while_the_motor_sticks():
     assert motion[:, 0] == pytest.approx(0.01)  # 1 mrad at 10 mrad/s
     later = run(joint, REST._replace(velocity=0.01), np.zeros(150), 1e-3)
     assert later[-1, 0] < -0.005  # turned round at the gap's end
-
-
-def test_scaled_joint_scales_the_friction_and_leaves_the_gear():
-    half = scaled_friction(UNEVEN, 0.5)
-    assert (half.friction.coulomb, half.backward.coulomb) == (30.0, 20.0)
-    assert half._replace(friction=UNEVEN.friction, backward=UNEVEN.backward) == UNEVEN
 
 
 def test_solver_period_must_suit_the_stiffness_of_the_element_too():

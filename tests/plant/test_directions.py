@@ -2,12 +2,10 @@
 
 import math
 
-import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from plant import Joint, JointModel, JointParameters, JointState, Stribeck, initial_state, sliding_friction, step_joint
-from plant.step import scaled_joint
+from plant import Joint, JointModel
 
 FIELDS = {
     "inertia": 20.0,
@@ -35,18 +33,6 @@ def test_backward_fields_are_as_forward_unless_given():
         assert parameters.backward == (*expected.values(), 0.05, 1.0)
 
 
-@pytest.mark.parametrize(("velocity", "torque"), [(0.3, 7.0), (-0.3, 7.0), (0.02, 7.0), (-0.02, 7.0)])
-@pytest.mark.parametrize("lag", [0.0, 0.02])
-def test_each_direction_moves_steadily_under_its_own_friction_and_the_offset(velocity, torque, lag):
-    model = JointModel(**UNEVEN, friction_lag=lag)
-    curve = Stribeck(60.0, 90.0, 80.0, 0.05, 1.0) if velocity > 0.0 else Stribeck(40.0, 70.0, 100.0, 0.05, 1.0)
-    friction = math.copysign(sliding_friction(curve, abs(velocity)), velocity)
-    end = run(model, 7.0 + friction, 0.1, velocity)
-    assert end.velocity == pytest.approx(velocity, rel=1e-9)
-    assert end.friction_torque == pytest.approx(friction, rel=1e-9)
-    assert end.position == pytest.approx(0.1 * velocity, rel=1e-9)
-
-
 @pytest.mark.parametrize(("torque", "moves"), [(96.9, False), (97.1, True), (-62.9, False), (-63.1, True)])
 def test_breakaway_is_at_stiction_of_the_direction_plus_offset(torque, moves):
     end = run(JointModel(**UNEVEN), torque, 1.0)
@@ -70,25 +56,6 @@ def test_braking_distance_of_each_direction_in_closed_form():
         assert end.position == pytest.approx(math.copysign(0.045 / deceleration, velocity), abs=0.51 * 1e-4 * 0.3)
 
 
-def test_scaled_joint_keeps_the_offset():
-    joint = scaled_joint(JointModel(**UNEVEN, friction_lag=0.02).parameters, 0.5)
-    assert joint == JointParameters(
-        20.0, Stribeck(30.0, 45.0, 40.0, 0.05, 1.0), Stribeck(20.0, 35.0, 50.0, 0.05, 1.0), 7.0, 0.02
-    )
-
-
-def test_a_state_that_is_not_finite_stays_so():
-    for model in (JointModel(**UNEVEN), JointModel(**FIELDS, friction_lag=0.02)):
-        assert math.isnan(step_joint(model.parameters, JointState(0.0, 0.0, 0.0), math.nan, 1e-3).velocity)
-
-
-def test_start_state_moves_on_the_curve_of_its_direction():
-    joint = JointModel(**UNEVEN).parameters
-    assert initial_state(joint, 0.0) == (0.0, 0.0, 0.0)
-    assert initial_state(joint, 0.2) == (0.2, sliding_friction(joint.friction, 0.2), 0.0)
-    assert initial_state(joint, -0.2) == (-0.2, -sliding_friction(joint.backward, 0.2), 0.0)
-
-
 @pytest.mark.parametrize(
     ("fields", "message"),
     [
@@ -108,10 +75,3 @@ def test_longest_solver_period_is_that_of_the_steeper_direction():
     assert JointModel(**fields, solver_period=0.999 * 20.0 / 560.0).friction_lag == 0.0
     with pytest.raises(ValidationError, match="is too long"):
         JointModel(**fields, solver_period=1.001 * 20.0 / 560.0)
-
-
-def test_position_is_the_sum_of_velocities():
-    joint = Joint(JointModel(**UNEVEN, friction_lag=0.02))
-    velocities = [joint.step(130.0 * math.sin(0.02 * k), 0.001) for k in range(1000)]
-    assert joint.state.position == pytest.approx(1e-3 * np.sum(velocities), rel=1e-12)
-    assert abs(joint.state.position) > 0.01

@@ -1,12 +1,10 @@
 """The elasto-plastic joint against closed forms of its loops, the joint without presliding, and its own equations."""
 
-import math
-
 import numpy as np
 import pytest
+from drawn_joints import TORQUE, VELOCITY, accepted, friction_fields, mirrored
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from pydantic import ValidationError
 from scipy.integrate import solve_ivp
 from stepped_joint import along_paths, run
 
@@ -15,7 +13,6 @@ from plant import (
     ElastoPlasticState,
     JointModel,
     initial_state,
-    scaled_friction,
     sliding_friction,
     step_elasto_plastic,
     step_joint,
@@ -73,12 +70,6 @@ def test_small_cycle_of_displacement_closes_at_the_fixed_point_of_its_branches()
     assert torque[-1] == pytest.approx(-60.0 * rise / (2.0 - rise), rel=1e-9)
 
 
-def test_presliding_is_rate_independent():
-    joint = model(**FLAT).parameters
-    path = 2e-3 * np.sin(np.linspace(0.0, 9.0, 800)) + 5e-4 * np.sin(np.linspace(0.0, 50.0, 800))
-    assert friction_along(joint, path, 1e-1) == pytest.approx(friction_along(joint, path, 1e-4), rel=1e-9, abs=1e-9)
-
-
 @pytest.mark.parametrize("lag", [0.0, 0.02])
 def test_joint_without_presliding_is_the_papers(lag):
     rigid = JointModel(inertia=20.0, **FRICTION, friction_lag=lag, offset=3.0).parameters
@@ -129,14 +120,6 @@ def test_motion_from_presliding_into_sliding_converges_to_that_of_solve_ivp_with
     assert errors[1] / errors[2] == pytest.approx(2.0, abs=0.1)
 
 
-@pytest.mark.parametrize("velocity", [0.003, 0.3, -0.05])
-def test_friction_settles_on_the_stribeck_curve_of_its_direction(velocity):
-    joint = model(coulomb_backward=40.0, viscous_backward=100.0, friction_lag=0.02).parameters
-    friction = friction_along(joint, np.arange(4001) * 1e-3 * velocity)[-1]
-    curve = joint.friction if velocity > 0.0 else joint.backward
-    assert friction == pytest.approx(math.copysign(sliding_friction(curve, abs(velocity)), velocity), rel=1e-9)
-
-
 def test_friction_lags_behind_the_curve():
     joint = model(**FLAT, friction_lag=0.02).parameters
     start = initial_state(joint, 0.1)
@@ -155,30 +138,16 @@ def test_torque_below_breakaway_is_held_in_presliding():
 
 @st.composite
 def steps(draw):
-    coulomb = draw(st.floats(0.0, 100.0))
     fields = {
-        "inertia": draw(st.floats(0.5, 100.0)),
-        "coulomb": coulomb,
-        "stiction": coulomb + draw(st.floats(0.0, 60.0)),
-        "stiction_backward": coulomb + draw(st.floats(0.0, 60.0)),
-        "viscous": draw(st.floats(0.0, 100.0)),
-        "stribeck_velocity": draw(st.floats(0.01, 0.5)),
-        "stribeck_shape": draw(st.sampled_from([1.0, 1.5, 2.0])),
-        "offset": draw(st.just(0.0) | st.floats(-50.0, 50.0)),
+        **draw(friction_fields()),
         "friction_lag": draw(st.just(0.0) | st.floats(1e-4, 0.1)),
         "presliding": 10.0 ** draw(st.floats(-6.0, -1.0)),
     }
-    period = 1e-3
-    while True:
-        try:
-            joint = ElastoPlasticJoint(**fields, solver_period=period).parameters
-            break
-        except ValidationError:
-            period *= 0.5
-    travel = draw(st.floats(-1.0, 1.0)) * joint.presliding
-    velocity = draw(st.just(0.0) | st.floats(-2.0, 2.0))
-    state = ElastoPlasticState(velocity, draw(st.floats(-150.0, 150.0)), 0.0, draw(st.floats(-1.0, 1.0)), travel)
-    return joint, state, draw(st.floats(-300.0, 300.0)), period
+    model = accepted(ElastoPlasticJoint, fields)
+    travel = draw(st.floats(-1.0, 1.0)) * fields["presliding"]
+    friction, turned = draw(st.floats(-150.0, 150.0)), draw(st.floats(-1.0, 1.0))
+    state = ElastoPlasticState(draw(VELOCITY), friction, 0.0, turned, travel)
+    return model.parameters, state, draw(TORQUE), model.solver_period
 
 
 @settings(max_examples=100)
@@ -199,25 +168,4 @@ def test_step_solves_its_equations_and_is_odd(case):
     lagged = after.friction_torque + joint.friction_lag * (after.friction_torque - state.friction_torque) / h
     scale = (1.0 + joint.friction_lag / h) * 500.0 + 1e-9 * size * joint.inertia * (joint.friction_lag + h) / h**2
     assert lagged == pytest.approx(static, abs=1e-9 * scale + 1e-6)
-    turned = joint._replace(friction=joint.backward, backward=joint.friction, offset=-joint.offset)
-    mirrored = step_elasto_plastic(turned, ElastoPlasticState(*(-value for value in state)), -torque, h)
-    assert mirrored == tuple(-value for value in after)
-
-
-def test_scaled_joint_scales_the_friction_and_nothing_else():
-    joint = model(offset=3.0, coulomb_backward=40.0).parameters
-    half = scaled_friction(joint, 0.5)
-    assert (half.friction.coulomb, half.backward.coulomb) == (30.0, 20.0)
-    assert half._replace(friction=joint.friction, backward=joint.backward) == joint
-
-
-@pytest.mark.parametrize(
-    ("changes", "message"),
-    [
-        ({"stribeck_shape": 0.7}, "stribeck_shape = 0.7 is not allowed for a joint of the kind 'elasto_plastic'"),
-        ({"solver_period": 0.02}, "solver_period = 0.02 s is too long"),
-    ],
-)
-def test_wrong_value_is_refused(changes, message):
-    with pytest.raises(ValidationError, match=message):
-        model(**changes)
+    assert mirrored(step_elasto_plastic, joint, state, torque, h) == after

@@ -113,11 +113,6 @@ def test_steepest_fall_is_infinite_for_a_shape_below_one(friction):
     assert steepest_fall(friction) == math.inf
 
 
-@pytest.mark.parametrize("shape", SHAPES)
-def test_friction_without_a_stribeck_peak_never_falls(shape):
-    assert steepest_fall(Stribeck(60.0, 60.0, 0.0, 0.05, shape)) == 0.0
-
-
 def test_steepest_fall_is_zero_where_viscous_friction_outweighs_the_peak():
     assert steepest_fall(Stribeck(60.0, 90.0, 599.0, 0.05, 1.0)) == pytest.approx(1.0)
     assert steepest_fall(Stribeck(60.0, 90.0, 601.0, 0.05, 1.0)) == 0.0

@@ -4,7 +4,8 @@ import math
 
 import numpy as np
 import pytest
-from pydantic import BaseModel
+from pydantic import BaseModel, ValidationError
+from stepped_joint import along_paths, run
 
 from controllers import compiled
 from plant import (
@@ -89,6 +90,68 @@ def test_tables_serve_every_kind(model):
     CHECK_PERIOD[kind](parameters, 0.001)
     with pytest.raises(ValueError, match="solver_period = 1 s is too long for this joint"):
         CHECK_PERIOD[kind](parameters, 1.0)
+
+
+RIGID = [name for name in MODELS if name not in ("elastic", "backlash")]
+CARRIED = ("lugre", "maxwell", "rolling")
+
+
+@pytest.mark.parametrize("kind", RIGID)
+def test_twice_the_friction_on_twice_the_inertia_moves_alike_under_twice_the_torque(kind):
+    joint = MODELS[kind].parameters
+    twice = SCALE_JOINT[type(joint)](joint, 2.0)._replace(inertia=40.0, offset=2.0 * joint.offset)
+    before = run(joint, initial_state(joint, 0.1), TORQUES, 1e-3)
+    after = run(twice, initial_state(twice, 0.1), 2.0 * TORQUES, 1e-3)
+    assert after[:, [0, 2]] == pytest.approx(before[:, [0, 2]], rel=1e-9, abs=1e-15)
+    assert after[:, 1] == pytest.approx(2.0 * before[:, 1], rel=1e-9, abs=1e-12)
+
+
+@pytest.mark.parametrize("velocity", [0.003, 0.3, -0.05])
+@pytest.mark.parametrize("kind", [*CARRIED, "elasto_plastic"])
+def test_friction_settles_on_the_stribeck_curve_of_its_direction(kind, velocity):
+    model = type(MODELS[kind])(**{**MODELS[kind].model_dump(), "coulomb_backward": 40.0, "viscous_backward": 100.0})
+    joint = model.parameters._replace(inertia=1e12)  # nothing changes its velocity
+    start = initial_state(joint, 0.0)._replace(velocity=velocity)
+    friction = run(joint, start, np.full(6000, joint.offset), 1e-3)[-1, 1]
+    curve = joint.friction if velocity > 0.0 else joint.backward
+    assert friction == pytest.approx(math.copysign(sliding_friction(curve, abs(velocity)), velocity), rel=1e-6)
+
+
+@pytest.mark.parametrize("kind", ["maxwell", "rolling", "elasto_plastic"])
+def test_presliding_is_rate_independent(kind):
+    flat = {"stiction": 60.0, "stiction_backward": None, "viscous": 0.0, "offset": 0.0}
+    flat |= {"friction_lag": 0.0} if kind == "elasto_plastic" else {"attraction": None} if kind == "maxwell" else {}
+    joint = type(MODELS[kind])(**{**MODELS[kind].model_dump(), **flat}).parameters
+    follow = along_paths(STEP_JOINT[type(joint)], initial_state(joint, 0.0))
+    path = 2e-3 * np.sin(np.linspace(0.0, 9.0, 800)) + 5e-4 * np.sin(np.linspace(0.0, 50.0, 800))
+    assert follow(joint, path, 1e-1) == pytest.approx(follow(joint, path, 1e-4), rel=1e-9, abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("kinds", "field", "value", "message"),
+    [
+        (CARRIED, "coulomb", 0.0, "coulomb = 0 N m is not allowed for a joint of the kind"),
+        (CARRIED, "coulomb_backward", 0.0, "coulomb_backward = 0 N m is not allowed for a joint of the kind"),
+        (("maxwell", "rolling", "elasto_plastic"), "stribeck_shape", 0.7, "stribeck_shape = 0.7 is not allowed"),
+        (KINDS, "stiction", 59.0, "stiction = 59 N m is less than coulomb = 60 N m"),
+        (KINDS, "motor", 1.0, "motor"),
+    ],
+)
+def test_fields_that_do_not_suit_a_kind_are_refused(kinds, field, value, message):
+    for kind in kinds:
+        with pytest.raises(ValidationError, match=message):
+            type(MODELS[kind])(**{**MODELS[kind].model_dump(), field: value})
+
+
+def test_the_longest_solver_period_is_named_and_accepted(model):
+    with pytest.raises(ValidationError, match="solver_period = 1 s is too long for this joint") as caught:
+        type(model)(**{**model.model_dump(), "solver_period": 1.0})
+    longest = float(str(caught.value).partition("beyond ")[2].split()[0])
+    assert type(model)(**{**model.model_dump(), "solver_period": 0.999 * longest}).kind == model.kind
+    with pytest.raises(ValidationError, match="is too long"):
+        type(model)(**{**model.model_dump(), "solver_period": 1.001 * longest})
+    with pytest.raises(ValidationError, match="frozen"):
+        model.inertia = 1.0
 
 
 def test_friction_that_grows_may_need_a_shorter_period(model):

@@ -3,6 +3,7 @@ from unittest.mock import patch
 
 import numpy as np
 import pytest
+from drawn_joints import mirrored
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
@@ -226,10 +227,7 @@ def assert_solves_the_implicit_equations(joint, state, torque, period):
 def test_step_solves_the_implicit_equations_and_is_odd(case):
     joint, state, torque, period = case
     assert_solves_the_implicit_equations(joint, state, torque, period)
-    after = step_joint(joint, state, torque, period)
-    turned = joint._replace(friction=joint.backward, backward=joint.friction, offset=-joint.offset)
-    mirrored = step_joint(turned, JointState(*(-value for value in state)), -torque, period)
-    assert mirrored == tuple(-value for value in after)
+    assert mirrored(step_joint, joint, state, torque, period) == step_joint(joint, state, torque, period)
 
 
 @pytest.mark.parametrize("shape", SHAPES)

@@ -7,7 +7,7 @@ import sys
 import numpy as np
 import pytest
 from closed_loops import NAMES
-from exports import DELAYED, SCENARIO, SIZES, WARNINGS, adaptive, adaptive_variants, compiled, made, needs_gcc
+from exports import DELAYED, SCENARIO, WARNINGS, adaptive, adaptive_variants, compiled, made, needs_gcc
 
 from adaptive_ff.comparison.own import Foreign
 from adaptive_ff.export.errors import NotExportable
@@ -18,7 +18,7 @@ from controllers.kernels.errors import NotTranslatable
 from controllers.kernels.functions import Translator
 from controllers.kernels.helpers import helper_texts
 from controllers.kernels.literals import DOUBLE, SINGLE
-from controllers.kernels.types import REAL, Line, Record, type_of
+from controllers.kernels.types import type_of
 
 
 def translated(text, tmp_path, monkeypatch, *arguments, name="kernel", with_structs=False):
@@ -51,7 +51,7 @@ def made_once(name, delayed):
 
 
 def example_of(kind, delayed):
-    """Return the first controller of the comparison whose parameters are of a class; names may share one."""
+    """Return the first controller of the comparison whose parameters are of a class; names may fraction one."""
     return next(c for c in (made_once(name, delayed) for name in NAMES) if type(c.parameters) is kind)
 
 
@@ -75,17 +75,11 @@ def test_every_variant_of_the_adaptive_controller_has_a_translation(name):
     assert source(export).count(f" {export.step.name}(") >= 2  # defined and called
 
 
-def test_sizes_decide_branches():
-    short, long = (source(Export(adaptive(SIZES[size]), "made")) for size in ("symmetric", "directions"))
-    assert len(long) > len(short)
-    assert short != long
-
-
 def test_names_comments_and_equations_of_the_kernels_are_kept():
     text = source(Export(made("pi"), "made"))
     assert "The integral is a backward Euler sum, I(k) = I(k-1) + Ki dt e(k)" in text
     assert "---- controllers/pi.py" in text
-    assert "integral += share * (inputs->realised_torque - asked_torque(pi, state));" in text
+    assert "integral += fraction * (inputs->realised_torque - asked_torque(pi, state));" in text
 
 
 def test_single_precision_has_no_double():
@@ -108,31 +102,10 @@ def test_what_would_round_to_zero_in_single_precision_stays_above_it():
         SINGLE.literal(1e39, "LARGEST")
 
 
-@pytest.mark.parametrize(
-    ("body", "line", "advice"),
-    [
-        ("    while x > 0.0:\n        x -= 1.0\n    return x", 5, "in firmware a loop over a range replaces while"),
-        ("    y = [x, x]\n    return x", 5, "has no translation"),
-        ("    return math.gamma(x)", 5, "call mathematics or kernels"),
-        ("    return x**3", 5, "as products"),
-        ("    return x if x else 1.0", 5, "compare it"),
-        ("    for item in (1.0, 2.0):\n        x += item\n    return x", 5, "range"),
-        ("    y = 0\n    y = 0.5 * x\n    return y", 6, "begin with 0.0"),
-        ("    return kernel(x - 1.0)", 5, "calls itself"),
-        ("    try:\n        return x\n    finally:\n        x = 0.0", 5, "has no translation"),
-        ("    return unknown", 5, "is not known"),
-        ("    return 'text'", 5, "pass numbers"),
-        ("    return x // 2.0", 5, "+ - * /"),
-        ("    if x > 0.0:\n        return x, x\n    return x", 7, "same types"),
-    ],
-)
-def test_what_has_no_translation_is_refused_with_its_line_and_a_remedy(body, line, advice, tmp_path, monkeypatch):
-    text = f"import math\n\n\ndef kernel(x):\n{body}\n"
-    with pytest.raises(NotTranslatable) as error:
+def test_a_loop_without_a_known_length_is_refused_with_its_line_and_a_remedy(tmp_path, monkeypatch):
+    text = "def kernel(x):\n    while x > 0.0:\n        x -= 1.0\n    return x\n"
+    with pytest.raises(NotTranslatable, match=r"\.py:2: kernel: .*; in firmware a loop over a range replaces while$"):
         translated(text, tmp_path, monkeypatch, 1.0)
-    assert f".py:{line}: kernel: " in str(error.value)
-    assert advice in str(error.value)
-    assert "\n" not in str(error.value)
 
 
 def test_a_call_that_changes_arrays_must_stand_alone(tmp_path, monkeypatch):
@@ -225,27 +198,11 @@ def test_each_call_of_a_kernel_is_made_once(tmp_path, monkeypatch):
         assert made.count("= swapped(") == 1
 
 
-def test_an_index_outside_of_an_array_is_refused(tmp_path, monkeypatch):
-    with pytest.raises(NotTranslatable, match="outside of its 2 elements"):
-        translated("def kernel(row):\n    return row[2]\n", tmp_path, monkeypatch, np.zeros(2))
-
-
 def test_values_that_depend_on_each_other_are_exchanged_as_in_python(tmp_path, monkeypatch):
     text = translated("def kernel(a, b):\n    a, b = b, a\n    return a - b\n", tmp_path, monkeypatch, 1.0, 2.0)
     assert "const double value = b;" in text
     assert "a = value;" in text
     assert "b = value2;" in text
-
-
-def test_rests_and_quotients_of_integers_are_those_of_python(tmp_path, monkeypatch):
-    text = "def kernel(n, m):\n    return n % m + n // m\n"
-    assert "return floored_rest(n, m) + floored_quotient(n, m);" in translated(text, tmp_path, monkeypatch, 7, -2)
-
-
-def test_types_come_from_samples():
-    kind = type_of(made("pi").state)
-    assert isinstance(kind, Record)
-    assert kind.field("commands") == Line(REAL, 1)
 
 
 def test_only_controllers_with_kernels_can_be_exported():

@@ -94,11 +94,11 @@ def test_a_step_in_python_is_called_back_and_its_error_is_raised_behind_the_loop
         return Output(3.0, 1.0)
 
     called = CalledBack(step, None)
-    exchange = called.block.exchange
+    exchange = called.addresses.exchange
     exchange[:TORQUE] = np.arange(TORQUE)
     torques = []
     for _ in range(3):
-        call(called.block.step, 0, 0, exchange)
+        call(called.addresses.step, 0, 0, exchange)
         torques.append(exchange[TORQUE])
     assert torques == [3.0, 0.0, 0.0]
     assert seen[0] == Inputs(*np.arange(float(TORQUE)))
