@@ -79,7 +79,7 @@ class Controller:
 
     def _begin_stepping(self) -> None:
         """Compile or load the step at the next one."""
-        self._fast: Callable[[Any], Any] = declined
+        self._fast: Callable[..., Any] = declined
         self._run: Callable[..., float] = self._plain_run if self._is_plain else self._first_run
 
     def _first_run(self, *inputs: float) -> float:
@@ -199,7 +199,7 @@ class Controller:
             next_acting_reference,
             regressors,
         )
-        torque: float | None = self._fast(given)
+        torque: float | None = self._fast(*given)
         return self._checked_step(given) if torque is None else torque
 
     def _checked_step(self, given: tuple[Any, ...]) -> float:

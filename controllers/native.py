@@ -122,7 +122,7 @@ def bound_step(native: NativeParameters) -> Callable[..., float]:
 
 def fast_step(
     natives: Sequence[NativeParameters], rows: MutableArray, period: float, *, together: bool
-) -> Callable[[Any], Any]:
+) -> Callable[..., Any]:
     """Return a function that checks what a step is given and does it, in one call; None where that needs words."""
     fast = stepper()
     if fast is None:
@@ -130,11 +130,11 @@ def fast_step(
     members = tuple((native.step, native.parameters, native.state) for native in natives)
     rules = "".join(RULES.values())
     rules = rules.replace(PREVIEW, UNKNOWN) if together else rules  # one joint of several may have none
-    bound: Callable[[Any], Any] = fast.bind(members, rows.ctypes.data, rows.shape[-1], rules, period, together)
+    bound: Callable[..., Any] = fast.bind(members, rows.ctypes.data, rows.shape[-1], rules, period, together)
     return bound
 
 
-def declined(given: Any) -> None:
+def declined(*given: Any) -> None:
     """Do nothing, where there is no fast step."""
 
 

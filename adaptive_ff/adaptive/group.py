@@ -100,7 +100,7 @@ class JointGroup:
         self._regressors = JointRegressors(self.joints, preceding)
         self._rows = np.empty((len(self.joints), len(COLUMNS) + len(Output._fields)))
         self._stepped: list[Native | None] = []
-        self._fast: Callable[[Any], Any] = declined
+        self._fast: Callable[..., Any] = declined
 
     def __getstate__(self) -> dict[str, Any]:
         """Return what a copy is made of: no addresses."""
@@ -233,7 +233,7 @@ class JointGroup:
             next_acting_reference,
             regressors,
         )
-        torques: Array | None = self._fast(given)
+        torques: Array | None = self._fast(*given)
         return self._checked_step(given) if torques is None else torques
 
     def _bind(self) -> None:

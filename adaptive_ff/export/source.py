@@ -2,7 +2,6 @@
 
 import importlib
 import math
-import re
 from importlib.metadata import version
 from typing import Any
 
@@ -16,9 +15,7 @@ from adaptive_ff.friction.model import unit_of
 from controllers.kernels.comments import comment_lines, joined, plain, summary
 from controllers.kernels.helpers import helper_texts
 from controllers.kernels.names import c_name
-from controllers.kernels.sources import Constant
 from controllers.kernels.types import Record, passed_by_pointer
-from controllers.kernels.unit import Function
 
 
 def header(export: Export) -> str:
@@ -96,7 +93,7 @@ def _translated(export: Export) -> str:
     kernels = _kernels(export)  # first: it says which constants and helpers there are
     return joined(
         [
-            _constants(export),
+            export.unit.definitions(),
             *(struct.text for struct in list(export.unit.structs.values())[len(export.public_structs) :]),
             *helper_texts(export.unit.helpers, export.precision.real),
             kernels,
@@ -105,39 +102,10 @@ def _translated(export: Export) -> str:
     )
 
 
-def _constants(export: Export) -> str:
-    lines, last = [], ""
-    for name, constant in sorted(export.unit.constants.items()):
-        lines += comment_lines(constant.doc).splitlines() if constant.doc and constant.doc != last else []
-        last = constant.doc
-        lines += _definitions(export, name, constant)
-    return "\n".join(lines)
-
-
-def _definitions(export: Export, name: str, constant: Constant) -> list[str]:
-    values = constant.value if isinstance(constant.value, tuple) else None
-    pairs = [(name, constant.value)] if values is None else [(f"{name}_{i}", item) for i, item in enumerate(values)]
-    texts = [(key, export.precision.literal(item, key)) for key, item in pairs]
-    return [f"#define {key} {f'({text})' if text.startswith('-') else text}" for key, text in texts]
-
-
-def used_functions(export: Export) -> list[Function]:
-    """Return the functions that are called, callees first; of those that give a known number, the number is used."""
-    made = {function.name: function for function in export.unit.functions.values()}
-    pending = [function for function in (export.step, export.write_estimates) if function is not None]
-    used: set[str] = set()
-    while pending:
-        function = pending.pop()
-        if function.name not in used:
-            used.add(function.name)
-            code = re.sub(r"/\*.*?\*/", "", function.text, flags=re.DOTALL)
-            pending += [made[name] for name in re.findall(r"\b(\w+)\(", code) if name in made]
-    return [function for name, function in made.items() if name in used]
-
-
 def _kernels(export: Export) -> str:
     parts, last, written = [], "", set()
-    for function in used_functions(export):
+    called = [function.name for function in (export.step, export.write_estimates) if function is not None]
+    for function in export.unit.called_in(" ".join(f"{name}()" for name in called)):
         kernel = function.kernel
         if kernel.path != last:
             last = kernel.path

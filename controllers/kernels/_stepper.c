@@ -1,8 +1,8 @@
 /* Calls of compiled kernels from Python without ctypes: a bound step, and a bound group of steps.
  *
- * A step takes what it is given as one tuple, an item for each input and last further regressors. It gives None, and
- * changes nothing, where an argument is of another kind or value than its rule allows, or regressors are given: what
- * then is to be done or said, Python knows.
+ * A step takes an argument for each input and last further regressors. It gives None, and changes nothing, where an
+ * argument is of another kind or value than its rule allows, or regressors are given: what then is to be done or said,
+ * Python knows.
  *
  * Limited API of Python 3.11: one binary serves 3.11 and all later versions.
  */
@@ -83,16 +83,14 @@ static bool read_column(const Bound *bound, char rule, PyObject *given, double *
 }
 
 /* Do one sample of all members; false, and nothing changes, where something is not as it must be. */
-static bool do_step(Bound *bound, PyObject *given, Py_ssize_t first)
+static bool do_step(Bound *bound, PyObject *const *given, Py_ssize_t count, bool together)
 {
-    if (!PyTuple_Check(given) || PyTuple_Size(given) != first + bound->inputs + 1
-        || PyTuple_GetItem(given, first + bound->inputs) != Py_None) {
+    if (count != bound->inputs + 1 || given[bound->inputs] != Py_None) {
         return false;
     }
     for (Py_ssize_t k = 0; k < bound->inputs; k++) {
-        PyObject *item = PyTuple_GetItem(given, first + k);
-        if (first == 0 ? !read_number(bound, bound->rules[k], item, bound->rows + k)
-                       : !read_column(bound, bound->rules[k], item, bound->rows + k)) {
+        if (together ? !read_column(bound, bound->rules[k], given[k], bound->rows + k)
+                     : !read_number(bound, bound->rules[k], given[k], bound->rows + k)) {
             return false;
         }
     }
@@ -103,24 +101,24 @@ static bool do_step(Bound *bound, PyObject *given, Py_ssize_t first)
     return true;
 }
 
-static PyObject *step(PyObject *self, PyObject *given)
+static PyObject *step(PyObject *self, PyObject *const *given, Py_ssize_t count)
 {
     Bound *bound = PyCapsule_GetPointer(self, NULL);
-    if (!do_step(bound, given, 0)) {
+    if (!do_step(bound, given, count, false)) {
         Py_RETURN_NONE;
     }
     return PyFloat_FromDouble(bound->rows[bound->inputs]);
 }
 
 /* The torques are written into the first item, an array of doubles, which is given back. */
-static PyObject *step_all(PyObject *self, PyObject *given)
+static PyObject *step_all(PyObject *self, PyObject *const *given, Py_ssize_t count)
 {
     Bound *bound = PyCapsule_GetPointer(self, NULL);
     Py_buffer view;
-    if (!do_step(bound, given, 1)) {
+    if (count < 1 || !do_step(bound, given + 1, count - 1, true)) {
         Py_RETURN_NONE;
     }
-    PyObject *torques = PyTuple_GetItem(given, 0);
+    PyObject *torques = given[0];
     if (PyObject_GetBuffer(torques, &view, PyBUF_CONTIG) < 0) {
         return NULL;
     }
@@ -132,8 +130,9 @@ static PyObject *step_all(PyObject *self, PyObject *given)
     return torques;
 }
 
-static PyMethodDef STEP = {"step", step, METH_O, "Do one sample: a tuple of inputs in, the torque out, or None."};
-static PyMethodDef STEP_ALL = {"step_all", step_all, METH_O,
+static PyMethodDef STEP = {"step", (PyCFunction)(void (*)(void))step, METH_FASTCALL,
+                           "Do one sample: inputs and regressors in, the torque out, or None."};
+static PyMethodDef STEP_ALL = {"step_all", (PyCFunction)(void (*)(void))step_all, METH_FASTCALL,
                                "Do one sample of a group: torques and columns of inputs in, torques out, or None."};
 
 static void free_bound(PyObject *capsule)

@@ -1,7 +1,6 @@
 """The text in C of entry points: a kernel called with what lies in memory, and the kernels of a controller."""
 
 import hashlib
-import re
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -115,28 +114,13 @@ def controller_text(
 
 def file_text(unit: Unit, entries: Sequence[str]) -> str:
     """Return a file of C: what entries need of a unit, and the entries."""
-    constants = []
-    for name, constant in sorted(unit.constants.items()):
-        is_tuple = isinstance(constant.value, tuple)
-        pairs = [(f"{name}_{i}", v) for i, v in enumerate(constant.value)] if is_tuple else [(name, constant.value)]
-        for key, value in pairs:
-            text = unit.precision.literal(value)
-            constants.append(f"#define {key} {f'({text})' if text.startswith('-') else text}")
-    known = {made.name: made for made in unit.functions.values()}
-    used: set[str] = set()
-    pending = re.findall(r"\b(\w+)\(", "\n".join(entries))
-    while pending:
-        name = pending.pop()
-        if name in known and name not in used:
-            used.add(name)
-            pending += re.findall(r"\b(\w+)\(", known[name].text)
     return joined(
         [
             HEAD,
-            "\n".join(constants),
+            unit.definitions(),
             *(struct.text for struct in unit.structs.values()),
             *helper_texts(unit.helpers, unit.precision.real, "KERNEL"),
-            *(made.text for made in unit.functions.values() if made.name in used),
+            *(made.text for made in unit.called_in("\n".join(entries))),
             *entries,
         ]
     )

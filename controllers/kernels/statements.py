@@ -6,7 +6,7 @@ from controllers.kernels.assignments import Assignments
 from controllers.kernels.calls import Calls
 from controllers.kernels.comments import plain
 from controllers.kernels.loops import loop_header
-from controllers.kernels.results import ResultNames
+from controllers.kernels.results import result_of
 from controllers.kernels.scope import Loop, Path, Variable
 from controllers.kernels.types import BOOLEAN, INTEGER, REAL, Record, Type
 from controllers.kernels.values import Value
@@ -18,9 +18,9 @@ ANNOTATED = {"float": REAL, "int": INTEGER, "bool": BOOLEAN}
 class Statements(Assignments):
     """Translates the body of one function."""
 
-    def __init__(self, expressions: Calls, names: ResultNames) -> None:
+    def __init__(self, expressions: Calls, name: str) -> None:
         super().__init__(expressions)
-        self.names = names
+        self.name = name
         returns = self.kernel.tree.returns
         self.result: Type | None = ANNOTATED.get(ast.unparse(returns) if returns else "")
         self.constants: list[int | None] = []
@@ -240,7 +240,7 @@ class Statements(Assignments):
         if isinstance(self.result, Record) and len(self.result.fields) == len(values):
             pairs = zip(self.result.fields, values, strict=True)
             values = [self.expressions.as_real(statement, v) if k == REAL else v for (_, k), v in pairs]
-        record = self.names.record(self.kernel, values)
+        record = result_of(self.kernel, self.name, values)
         self._agree(statement, record)
         self.scope.emit(f"return {self.unit.compound(record, values)};")
 

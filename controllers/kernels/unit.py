@@ -1,6 +1,7 @@
 """A translation unit: structs, constants and functions of C that kernels became."""
 
 import ast
+import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -163,3 +164,27 @@ class Unit:
     ) -> Function:
         """Return a kernel in C for arguments of some types; it is translated when it is first met."""
         raise NotImplementedError
+
+    def definitions(self) -> str:
+        """Return all constants, in firmware with what is said of them, of those that stand together once."""
+        lines, last = [], ""
+        for name, constant in sorted(self.constants.items()):
+            if self.fixed and constant.doc and constant.doc != last:
+                lines += comment_lines(constant.doc).splitlines()
+            last, several = constant.doc, isinstance(constant.value, tuple)
+            for place, value in enumerate(constant.value if several else (constant.value,)):
+                key = f"{name}_{place}" if several else name
+                text = self.precision.literal(value, key)
+                lines.append(f"#define {key} {f'({text})' if text.startswith('-') else text}")
+        return "\n".join(lines)
+
+    def called_in(self, code: str) -> list[Function]:
+        """Return the functions that some code needs, callees first; of those that give a known number it needs none."""
+        made = {function.name: function for function in self.functions.values()}
+        pending, used = [code], set[str]()
+        while pending:
+            code = re.sub(r"/\*.*?\*/", "", pending.pop(), flags=re.DOTALL)
+            new = {name for name in re.findall(r"\b(\w+)\(", code) if name in made} - used
+            used |= new
+            pending += [made[name].text for name in new]
+        return [function for name, function in made.items() if name in used]
