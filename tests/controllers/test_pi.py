@@ -125,12 +125,6 @@ def test_lost_measurement_is_counted_and_its_error_taken_for_zero_while_the_inte
     assert controller.rejected == 4
 
 
-def test_compiled_step_equals_plain_python():
-    reference = np.sin(0.1 * np.arange(300))
-    plain = run_loop(PI(*GAINS, PERIOD).run_uncompiled(), reference)
-    assert run_loop(PI(*GAINS, PERIOD), reference) == pytest.approx(plain, rel=1e-12, abs=1e-15)
-
-
 def test_reset_and_warm_up_leave_a_controller_like_new_and_unchanged():
     controller = PI(*GAINS, PERIOD)
     controller.step(0.5, 0.1)

@@ -1,6 +1,5 @@
 import math
 
-import control
 import numpy as np
 import pytest
 from inertia_loops import GAINS, INERTIA, PERIOD, make_observing, response, run_inertia, z_transform
@@ -33,20 +32,6 @@ def test_estimate_is_the_load_behind_the_q_filter_and_a_period():
     reference = np.random.default_rng(5).standard_normal(500)
     _, disturbance = run_inertia(make_observing("DisturbanceObserver", BANDWIDTH), reference, load=load)
     assert disturbance == pytest.approx(response(q_filter / z, load), abs=1e-7)
-
-
-@pytest.mark.parametrize("frequency", [0.25, 1.0, 3.0, 10.0])
-def test_sinusoidal_load_is_rejected_as_the_frequency_response_says(frequency):
-    z, q_filter, feedback, inertia = blocks()
-    time = PERIOD * np.arange(2000)
-    angle = 2.0 * math.pi * frequency
-    load = 30.0 * np.sin(angle * time)
-    velocity, _ = run_inertia(make_observing("DisturbanceObserver", BANDWIDTH), np.zeros(2000), load=load)
-    last = slice(1200, 2000)  # whole periods, settled
-    phasor = 2.0 * np.mean(velocity[last] * np.exp(-1j * angle * time[last])) * 1j
-    system = -inertia * (1 - q_filter / z) / (1 + inertia * feedback)
-    expected = 30.0 * np.squeeze(control.frequency_response(system, [angle]).complex)
-    assert abs(phasor) == pytest.approx(abs(expected), rel=1e-6)
 
 
 def test_estimate_of_a_constant_load_approaches_it_exponentially_whatever_the_periods():

@@ -24,16 +24,6 @@ def test_both_poles_are_where_gao_and_miklosovic_put_them():
     assert polynomial == pytest.approx([1.0, -2.0 * KEPT, KEPT**2], rel=1e-12)
 
 
-def test_estimation_error_decays_with_these_poles():
-    """From a wrong state, the error runs through ``(c0 + c1 k) exp(-wo Ts k)``: two second differences vanish."""
-    controller = make_observing("ExtendedState", BANDWIDTH)
-    _, disturbance = run_inertia(controller, np.zeros(80), load=25.0)
-    error = disturbance - 25.0
-    left = error[2:] - 2.0 * KEPT * error[1:-1] + KEPT**2 * error[:-2]
-    assert np.max(np.abs(left)) < 1e-11 * 25.0
-    assert abs(error[20]) > 1e-4
-
-
 def test_estimate_is_the_load_behind_two_equal_poles_and_a_period():
     z = z_transform()
     load = 40.0 * np.random.default_rng(7).standard_normal(400)

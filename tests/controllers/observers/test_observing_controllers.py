@@ -6,8 +6,6 @@ import numpy as np
 import pytest
 from inertia_loops import GAINS, INERTIA, OBSERVING, PERIOD, make_observing, run_inertia
 
-from controllers import PI
-
 observing = pytest.mark.parametrize("name", OBSERVING)
 REST = np.zeros(600)
 
@@ -20,14 +18,6 @@ def test_constant_load_is_removed_exactly_without_an_integral(name, load):
     assert np.max(np.abs(velocity)) > 0.01 * abs(load) / INERTIA
     assert velocity[-1] == pytest.approx(0.0, abs=1e-12)
     assert disturbance[-1] == pytest.approx(load, rel=1e-12)
-
-
-def test_proportional_feedback_alone_leaves_the_load_over_the_gain():
-    """The counterpart of the last test."""
-    controller = PI(GAINS[0], 0.0, PERIOD)
-    controller.disturbance = 0.0
-    velocity, _ = run_inertia(controller, REST, load=37.0)
-    assert velocity[-1] == pytest.approx(-37.0 / GAINS[0], rel=1e-9)
 
 
 @observing
