@@ -39,8 +39,8 @@ class ObserverDesign(LoopMargins):
     ----------
     bandwidth : float
         Bandwidth of the observer, Hz.
-    **margins
-        Those of the sampled loop, observer and delay included, as of ``LoopMargins``; the crossover in Hz.
+    crossover, maximum_sensitivity, gain_margin, phase_margin : float
+        Margins of the sampled loop, observer and delay included; the crossover in Hz, the phase margin in degrees.
     """
 
     bandwidth: float

@@ -36,8 +36,8 @@ class PIDesign(LoopMargins):
         Integral gain ``Ki = Kp 2 pi bandwidth / 5``, N m/rad.
     bandwidth : float
         Open-loop crossover that the gains were made for, Hz.
-    **margins
-        Those of the sampled loop, all its parts included, as of ``LoopMargins``; the crossover in Hz.
+    crossover, maximum_sensitivity, gain_margin, phase_margin : float
+        Margins of the sampled loop, all its parts included; the crossover in Hz, the phase margin in degrees.
     inertia : float
         Inertia that it is for, kg m^2.
     period : float

@@ -25,8 +25,8 @@ class PositionDesign(LoopMargins):
     ----------
     gain : float
         Position gain ``Kv``, 1/s.
-    **margins
-        Those of the position loop, as of ``LoopMargins``; the crossover in Hz.
+    crossover, maximum_sensitivity, gain_margin, phase_margin : float
+        Margins of the position loop; the crossover in Hz, the phase margin in degrees.
     """
 
     gain: float

@@ -61,12 +61,12 @@ class Scope:
 
     def __post_init__(self) -> None:
         self.counters: set[str] = set()
-        self.writes = 0
-        self.given: set[str] = set()
-        self.ended = False
-        self.loops: list[Loop] = []
-        self.folded: set[int] = set()
-        self.declared: set[str] = set()
+        self.writes = 0  # how often arrays are changed in place so far
+        self.given: set[str] = set()  # variables that have a value here, by whatever way it is reached
+        self.ended = False  # whether nothing can follow here
+        self.loops: list[Loop] = []  # those around this place, innermost last
+        self.folded: set[int] = set()  # conditions that are known at translation
+        self.declared: set[str] = set()  # variables that have been declared
         self._homes: dict[str, Path] = {}
         body = self.kernel.tree.body
         self._find_homes(body, ())
