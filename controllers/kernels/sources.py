@@ -95,13 +95,12 @@ def _comments(path: Path) -> dict[int, tuple[str, bool]]:
 def read_kernel(function: Callable[..., Any]) -> Kernel:
     """Return the source of a kernel."""
     try:
-        path = inspect.getsourcefile(function)
-        lines, first = inspect.getsourcelines(function)
-    except (OSError, TypeError) as error:
+        path, first = inspect.getsourcefile(function), inspect.unwrap(function).__code__.co_firstlineno
+        body = module_tree(function.__module__).body
+    except (AttributeError, OSError, TypeError) as error:
         raise NotTranslatable(f"{function!r} cannot be translated: its source is not at hand") from error
-    body = module_tree(function.__module__).body
     found = [node for node in body if isinstance(node, ast.FunctionDef) and node.name == function.__name__]
-    if path is None or not any(first <= node.lineno <= first + len(lines) for node in found):
+    if path is None or not any(_first_line(node) == first for node in found):
         raise NotTranslatable(f"{function!r} cannot be translated: it must be a function of a module, written with def")
     file = Path(path).resolve()
     root = file.parents[function.__module__.count(".")]
@@ -113,6 +112,10 @@ def read_kernel(function: Callable[..., Any]) -> Kernel:
     if inspect.isgeneratorfunction(function):
         raise kernel.refusal(kernel.tree, "yields; return the values instead")
     return kernel
+
+
+def _first_line(node: ast.FunctionDef) -> int:
+    return min([node.lineno, *(decorator.lineno for decorator in node.decorator_list)])
 
 
 def resolve(kernel: Kernel, node: ast.expr) -> Any:
