@@ -2,6 +2,7 @@
 
 import hashlib
 import io
+import math
 import platform
 import tempfile
 import zipfile
@@ -11,7 +12,6 @@ from pathlib import Path
 
 from adaptive_ff.export.errors import compile_export
 from adaptive_ff.export.export import Export
-from adaptive_ff.export.fmu_source import fmu_source, regressor_count
 from adaptive_ff.export.leaves import value_at
 from adaptive_ff.export.rendering import rendered
 from adaptive_ff.export.sample import optional_inputs
@@ -19,6 +19,7 @@ from adaptive_ff.export.source import estimate_unit, header, source
 from controllers import Inputs, Output
 from controllers.kernels.comments import plain, section, unit
 from controllers.kernels.compiler import compiler
+from controllers.kernels.names import c_name
 
 PLATFORMS = {
     ("Linux", "x86_64"): {"2.0": "linux64", "3.0": "x86_64-linux"},
@@ -53,6 +54,11 @@ class Variable:
     description: str
     unit: str = ""
     start: str = ""
+
+
+def regressor_count(export: Export) -> int:
+    """Return how many further known regressors the controller takes."""
+    return 0 if export.regressors is None else export.regressors.count
 
 
 def fmu_variables(export: Export) -> list[Variable]:
@@ -101,6 +107,29 @@ def model_description(export: Export, version: str, token: str) -> str:
         period=repr(export.controller.period),
         units=[item for item in UNITS.items() if any(variable.unit == item[0] for variable in variables)],
         variables=variables,
+    )
+
+
+def fmu_source(export: Export, version: str, token: str) -> str:
+    """Return the source around the header, with the value references of ``fmu_variables``."""
+    regressors, estimates = regressor_count(export), len(export.controller.estimate_names)
+    setters = [f"instance->inputs.{c_name(name)}" for name in export.input_names if name != "dt"]
+    setters += [f"instance->regressors[{place}]" for place in range(regressors)]
+    getters = [*setters, *(f"instance->output.{c_name(name)}" for name, _ in export.output.fields)]
+    getters += [f"instance->estimates[{place}]" for place in range(estimates)]
+    return rendered(
+        f"fmi{version[0]}.c",
+        prefix=export.prefix,
+        upper=export.upper,
+        token=token,
+        real=export.precision.real,
+        unknown=export.precision.literal(math.nan),
+        setters=setters,
+        getters=getters,
+        knowable=[c_name(name) for name in optional_inputs()],
+        switches=export.switches,
+        regressors=regressors,
+        estimates=estimates,
     )
 
 
