@@ -185,7 +185,7 @@ class Controller:
         TypeError
             An argument is no number.
         """
-        given = (
+        torque: float | None = self._fast(
             reference,
             velocity,
             next_reference,
@@ -199,10 +199,24 @@ class Controller:
             next_acting_reference,
             regressors,
         )
-        torque: float | None = self._fast(*given)
-        return self._checked_step(given) if torque is None else torque
+        if torque is not None:
+            return torque
+        return self._checked_step(
+            reference,
+            velocity,
+            next_reference,
+            correction,
+            position,
+            realised_torque,
+            feedforward,
+            inertia,
+            dt,
+            acting_reference,
+            next_acting_reference,
+            regressors,
+        )
 
-    def _checked_step(self, given: tuple[Any, ...]) -> float:
+    def _checked_step(self, *given: Any) -> float:
         """Do a step with inputs and regressors that have not been checked."""
         inputs = checked_step(given[:-1], self.period)
         if given[-1] is not None:  # nothing is taken before all has been checked

@@ -23,13 +23,8 @@ UNCHANGED = JointChange(1.0, 1.0, 1.0, 1.0, 0.0)
 
 def changed_curve(friction: Stribeck, change: JointChange) -> Stribeck:
     """Return a static friction map with its dry and its viscous part changed."""
-    return Stribeck(
-        friction.coulomb * change.dry,
-        friction.stiction * change.dry,
-        friction.viscous * change.viscous,
-        friction.stribeck_velocity,
-        friction.stribeck_shape,
-    )
+    coulomb, stiction = friction.coulomb * change.dry, friction.stiction * change.dry
+    return friction._replace(coulomb=coulomb, stiction=stiction, viscous=friction.viscous * change.viscous)
 
 
 def scaled_friction(joint: AnyParameters, factor: float) -> AnyParameters:

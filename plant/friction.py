@@ -71,13 +71,8 @@ def steepest_fall(friction: Stribeck) -> float:
 
 def scaled(friction: Stribeck, factor: float) -> Stribeck:
     """Return the friction with ``Fc``, ``Fs`` and ``sigma`` times a dimensionless factor."""
-    return Stribeck(
-        friction.coulomb * factor,
-        friction.stiction * factor,
-        friction.viscous * factor,
-        friction.stribeck_velocity,
-        friction.stribeck_shape,
-    )
+    coulomb, stiction, viscous = friction.coulomb * factor, friction.stiction * factor, friction.viscous * factor
+    return friction._replace(coulomb=coulomb, stiction=stiction, viscous=viscous)
 
 
 def yield_torque(friction: Stribeck, speed: float) -> tuple[float, float]:

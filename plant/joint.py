@@ -136,14 +136,8 @@ class FrictionFields(Table):
     @property
     def friction_backward(self) -> Stribeck:
         """The static friction map of backward motion."""
-        forward = self.friction
-        return Stribeck(
-            forward.coulomb if self.coulomb_backward is None else self.coulomb_backward,
-            forward.stiction if self.stiction_backward is None else self.stiction_backward,
-            forward.viscous if self.viscous_backward is None else self.viscous_backward,
-            forward.stribeck_velocity,
-            forward.stribeck_shape,
-        )
+        given = {"coulomb": self.coulomb_backward, "stiction": self.stiction_backward, "viscous": self.viscous_backward}
+        return self.friction._replace(**{name: value for name, value in given.items() if value is not None})
 
 
 class JointModel(FrictionFields):

@@ -106,20 +106,7 @@ class Sensor(Table):
         return self.velocity_noise > 0.0 or self.leap > 0.0 or self.held > 0
 
     def draw(self, samples: int, generator: np.random.Generator) -> NDArray[np.float64]:
-        """Draw the noise of a run before it starts, so that a seed means the same everywhere.
-
-        Parameters
-        ----------
-        samples : int
-            Number of samples.
-        generator : numpy.random.Generator
-            Source of randomness.
-
-        Returns
-        -------
-        ndarray, shape (samples,)
-            Noise, rad/s.
-        """
+        """Draw the noise (rad/s) of so many samples before a run starts, so that a seed means the same everywhere."""
         noise = self.velocity_noise * generator.standard_normal(samples)
         if self.leap > 0.0:
             leaps = generator.random(samples) < self.leap_share
@@ -127,20 +114,7 @@ class Sensor(Table):
         return noise
 
     def draw_held(self, samples: int, generator: np.random.Generator) -> NDArray[np.bool_]:
-        """Draw where the sensor gives its last value once more, after :meth:`draw`.
-
-        Parameters
-        ----------
-        samples : int
-            Number of samples.
-        generator : numpy.random.Generator
-            Source of randomness.
-
-        Returns
-        -------
-        ndarray of bool, shape (samples,)
-            Whether it does.
-        """
+        """Draw at which of so many samples the sensor gives its last value once more, after :meth:`draw`."""
         held = np.zeros(samples, dtype=bool)
         if self.held > 0:
             begins = generator.random(samples) < self.held_share

@@ -218,8 +218,9 @@ class JointGroup:
         """
         if self._stepped != [controller._native for controller in self._controllers]:
             self._bind()
-        given: Any = (
-            np.empty(len(self._controllers)),
+        torques: Array = np.empty(len(self._controllers))
+        found: Array | None = self._fast(
+            torques,
             reference,
             velocity,
             next_reference,
@@ -233,8 +234,23 @@ class JointGroup:
             next_acting_reference,
             regressors,
         )
-        torques: Array | None = self._fast(*given)
-        return self._checked_step(given) if torques is None else torques
+        if found is not None:
+            return found
+        return self._checked_step(
+            torques,
+            reference,
+            velocity,
+            next_reference,
+            correction,
+            position,
+            realised_torque,
+            feedforward,
+            inertia,
+            dt,
+            acting_reference,
+            next_acting_reference,
+            regressors,
+        )
 
     def _bind(self) -> None:
         """Step all joints in one call, where they are in memory and none needs the angles of others."""
@@ -243,7 +259,7 @@ class JointGroup:
         together = len(natives) == len(self._stepped) and not self._regressors.forms
         self._fast = fast_step(natives, self._rows, self.period, together=True) if together else declined
 
-    def _checked_step(self, given: Any) -> Array:
+    def _checked_step(self, *given: Any) -> Array:
         """Do a step with inputs and regressors that have not been checked; of those left out, what stands for them."""
         torques: Array
         torques, *columns, regressors = given
