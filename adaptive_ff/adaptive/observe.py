@@ -1,10 +1,10 @@
-"""Observer of the torque that the feedforward lacks, and its gate.
+"""Observer of the torque that the feedforward lacks, and its gain.
 
-    d = 0.8 low-pass(u - fed - J de/dt),      gate from <(e0 - G d)^2> over <e0^2>
+    d = 0.85 low-pass(u - fed - J de/dt),      gain = min(1, 2 R^2),      R^2 = <e0 G d>^2 / (<e0^2> <(G d)^2>)
 
-Where a drive gives less torque than it is asked for and does not say so, what it keeps is lacking, too; observed in
-part, it stays below four times what else is asked for. ``e0`` is the error without the observer: the response of the
-loop tells it, and what the observer would make of it.
+``e0`` is the error without the observer, ``G d`` the response of the loop to what is observed: how much of that error
+it explains is their coefficient of determination, over the last second. Where a drive gives less torque than it is
+asked for and does not say so, what it keeps is lacking, too; observed in part, it stays bounded.
 """
 
 import math
@@ -13,7 +13,7 @@ from adaptive_ff.adaptive.state import AdaptiveParameters, AdaptiveState, Observ
 from controllers import delayed
 
 
-def judged(observer: Observer, bare: float, brought: float, share: float) -> Observer:
+def judged(observer: Observer, bare: float, brought: float, weight: float) -> Observer:
     """Return the observer after a sample.
 
     Parameters
@@ -24,22 +24,23 @@ def judged(observer: Observer, bare: float, brought: float, share: float) -> Obs
         Error without it, rad/s.
     brought : float
         Response to the observed torque in full, rad/s.
-    share : float
-        Share that a new square has in the means.
+    weight : float
+        Weight of a new product in the means.
     """
-    left = bare - brought
-    without = observer.without + share * (bare * bare - observer.without)
-    with_it = observer.with_it + share * (left * left - observer.with_it)
-    return Observer(observer.torque, observer.gain, without, with_it, observer.handed, observer.shifted)
+    error = observer.error + weight * (bare * bare - observer.error)
+    product = observer.product + weight * (bare * brought - observer.product)
+    square = observer.brought + weight * (brought * brought - observer.brought)
+    return Observer(observer.torque, observer.gain, error, product, square, observer.handed, observer.shifted)
 
 
 def gate(parameters: AdaptiveParameters, observer: Observer) -> float:
-    """Return the gain from what the observer brings."""
-    tuning = parameters.tuning
-    if observer.without <= 0.0:
+    """Return the gain from the share of the error that the observer explains."""
+    if observer.brought <= 0.0 or observer.error <= 0.0:
         return observer.gain
-    ratio = observer.with_it / observer.without
-    return min(1.0, max(0.0, (1.0 - ratio) / (1.0 - tuning.gate_on)))
+    if observer.product <= 0.0:
+        return 0.0
+    determination = observer.product / observer.brought * (observer.product / observer.error)
+    return min(1.0, determination / parameters.tuning.explained)
 
 
 def observed(

@@ -109,6 +109,8 @@ def default_prior(
     if hypothesis.directions:
         deviation[PATHS + paths], deviation[PATHS + paths + 1] = tuning.asymmetry, tuning.asymmetry * deviation[VISCOUS]
         scaled[PATHS + paths + 1] = False
+    place = wave_place(hypothesis)
+    deviation[place : place + 2 * hypothesis.waves.size] = tuning.load
     mean[-2] = math.log(min(max(tuning.lag_share * response, tuning.shortest_guess), tuning.longest_guess))
     deviation[-2], lowest[-2], highest[-2] = (
         tuning.lag_deviation,

@@ -113,8 +113,9 @@ class Observer(NamedTuple):
         Observed torque, N m.
     gain : float
         Gain with which it is fed, from 0 to 1.
-    without, with_it : float
-        Mean squares of the error without it and with it in full, (rad/s)^2.
+    error, product, brought : float
+        Means of the squared error without it, of its product with the response to the observed torque, and of that
+        response squared, (rad/s)^2.
     handed : float
         Torque that it has handed over to the integral, N m.
     shifted : float
@@ -123,8 +124,9 @@ class Observer(NamedTuple):
 
     torque: float
     gain: float
-    without: float
-    with_it: float
+    error: float
+    product: float
+    brought: float
     handed: float
     shifted: float
 
@@ -266,7 +268,7 @@ def initial_adaptive_state(parameters: AdaptiveParameters) -> AdaptiveState:
         weight=0.5,
         noise=Noise(-1.0, 0.0, 0.0, 0),
         block=Block(0.0, 0.0, 0.0, 0.0, 0, 0),
-        observer=Observer(0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
+        observer=Observer(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
         watch=Watch(0.0, 0.0, 0.0, False, False, 0.0),
         unit=unit,
         handed=0.0,

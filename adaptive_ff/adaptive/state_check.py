@@ -26,7 +26,7 @@ def check_adaptive_state(parameters: AdaptiveParameters, state: AdaptiveState) -
     for name, value in (("weight", state.weight), ("share", state.share), ("observer.gain", state.observer.gain)):
         if not 0.0 <= value <= 1.0:
             raise ValueError(f"state.{name} = {value} is not allowed: it must be from 0 to 1")
-    squares = {"without": state.observer.without, "with_it": state.observer.with_it, "means": state.noise.means}
+    squares = {"error": state.observer.error, "brought": state.observer.brought, "means": state.noise.means}
     for name, value in squares.items():
         if value < 0.0:
             raise ValueError(f"state: {name} = {value} is not allowed: it must be zero or more")

@@ -240,7 +240,7 @@ def pass_torque(
     handed = observer.handed + share * ((gain - old) * torque - old * change)
     handed += (share - state.share) * gain * torque
     passed = share * passed + (share - state.share) * (fed.torque + gain * torque - passed)
-    return Observer(torque, gain, observer.without, observer.with_it, handed, shifted), passed
+    return Observer(torque, gain, observer.error, observer.product, observer.brought, handed, shifted), passed
 
 
 def write_monitors(parameters: AdaptiveParameters, state: AdaptiveState, row: NDArray[np.float64]) -> None:

@@ -59,12 +59,10 @@ class Tuning(NamedTuple):
         Speed above which a joint moves though its reference rests, in standard deviations of the noise.
     gate_memory : float
         Memory of the observer's gate, s.
-    gate_on : float
-        Squared error with the observer over that without it, below which it is on in full; above one it is off.
-    fastest : float
-        Pole of the observer at most, rad/s.
+    explained : float
+        Coefficient of determination of the error by the response to the observed torque, from which its gain is one.
     observed_share : float
-        What of the lacking torque is observed: the rest bounds it where a drive gives less than it is asked.
+        Fraction of the lacking torque that is observed: the rest bounds it where a drive gives less than it is asked.
     fade : float
         Time in which the feedforward fades in or out, s.
     """
@@ -84,7 +82,7 @@ class Tuning(NamedTuple):
     viscous_deviation: float = 0.2
     lag_deviation: float = 0.5
     velocity_deviation: float = 0.3
-    spread: float = 0.5
+    spread: float = 0.8
     excess: float = 0.5
     slip_share: float = 0.5
     asymmetry: float = 0.3
@@ -104,8 +102,7 @@ class Tuning(NamedTuple):
     peak_memory: float = 100.0
     steady: float = 3.0
     moving: float = 20.0
-    gate_memory: float = 0.5
-    gate_on: float = 0.5
-    fastest: float = 65.0
-    observed_share: float = 0.8
+    gate_memory: float = 1.0
+    explained: float = 0.5
+    observed_share: float = 0.85
     fade: float = 1.0

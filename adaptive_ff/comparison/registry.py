@@ -167,7 +167,7 @@ def adaptive(scenario: Scenario, **options: Any) -> dict[str, Any]:
 
 
 made_of(AdaptiveController, "adaptive_unsupervised")(
-    lambda scenario: adaptive(scenario, tuning=Tuning(gate_on=-1e300))  # without its observer
+    lambda scenario: adaptive(scenario, tuning=Tuning(explained=1e300))  # without its observer
 )
 made_of(AdaptiveController)(adaptive)
 make_adaptive = CONTROLLERS["adaptive"]

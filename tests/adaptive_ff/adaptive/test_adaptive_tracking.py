@@ -68,7 +68,7 @@ def test_scenarios_of_the_package_are_tracked_better_than_by_pi(name):
 
 
 def test_every_constant_can_be_set_and_acts():
-    deaf = Tuning(gate_on=-1e300)
+    deaf = Tuning(explained=1e300)
     controllers = [
         AdaptiveController(*pi_gains(20.0, 10.0), 0.01, inertia=20.0, stribeck_velocity=0.05, tuning=tuning)
         for tuning in (Tuning(), deaf)
