@@ -82,7 +82,7 @@ class Tuning(NamedTuple):
     viscous_deviation: float = 0.2
     lag_deviation: float = 0.5
     velocity_deviation: float = 0.3
-    spread: float = 0.8
+    spread: float = 0.5
     excess: float = 0.5
     slip_share: float = 0.5
     asymmetry: float = 0.3
