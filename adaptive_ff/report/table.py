@@ -145,14 +145,13 @@ def table(
     None is a column of text. ``styles`` says how rows stand out, by their first cell.
     """
     cells = [tuple(row) for row in rows]
-    scales: dict[str, tuple[float, str]] = {"": (1.0, "")}
-    for place, spec in enumerate(columns.values()):
-        if spec is not None and spec[0] in FIXED_UNITS:
-            scales[spec[0]] = (1.0, spec[0])
-        elif spec is not None and spec[0] not in scales:
-            values = [row[place] for row in cells if len(row) == len(columns)]
-            scales[spec[0]] = scale_for([value for value in values if isinstance(value, float)], spec[0])
     specs = [("", 3) if spec is None else spec for spec in columns.values()]
+    sizes: dict[str, list[float]] = {unit: [] for unit, _ in specs}
+    for row in cells:
+        for value, (unit, _) in zip(row, specs, strict=False):
+            sizes[unit] += [value] if isinstance(value, float) else []
+    plain = ("", *FIXED_UNITS)
+    scales = {unit: (1.0, unit) if unit in plain else scale_for(found, unit) for unit, found in sizes.items()}
     written = [
         tuple(_written(cell, scales[unit][0], digits) for cell, (unit, digits) in zip(row, specs, strict=False))
         for row in cells
