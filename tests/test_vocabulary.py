@@ -9,6 +9,7 @@ import pytest
 ROOT = Path(__file__).resolve().parent.parent
 ROOMS = ("report", "cli", "comparison", "studies", "simulation", "scenario", "playground", "baselines", "blocks")
 ROOMS += ("export", "../controllers", "../plant")
+ROOMS += ("identify", "logs", "replay")
 
 TERMS = {
     **dict.fromkeys(("told", "untold"), "given, unspecified, known"),

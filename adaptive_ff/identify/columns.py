@@ -49,12 +49,12 @@ class Map(NamedTuple):
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Names of the shares of the map; of hats all but the first, which Coulomb friction and the offset are."""
+        """Names of the fractions of the map; of hats all but the first, which Coulomb friction and the offset are."""
         waves = tuple(f"{part}_{place}" for place in range(1, len(self.periods) + 1) for part in ("sine", "cosine"))
         return waves + tuple(f"hat_{place}" for place in range(2, self.hats + 1))
 
-    def share(self, name: str, position: Array) -> Array:
-        """Return one share of the map at some positions."""
+    def fraction(self, name: str, position: Array) -> Array:
+        """Return one fraction of the map at some positions."""
         kind, _, number = name.rpartition("_")
         place = int(number) - 1
         if kind == "hat":
@@ -89,8 +89,8 @@ def lagged(values: Array, period: float, lag: float) -> Array:
     if lag <= 0.0:
         return values
     decay = math.exp(-period / lag)
-    share = lag / period * (1.0 - decay)
-    gains = [1.0 - share, share - decay]
+    fraction = lag / period * (1.0 - decay)
+    gains = [1.0 - fraction, fraction - decay]
     state = np.array([values[0] - gains[0] * values[0]])
     result: Array = scipy.signal.lfilter(gains, [1.0, -decay], values, zi=state)[0]
     return result
@@ -99,7 +99,7 @@ def lagged(values: Array, period: float, lag: float) -> Array:
 def _unit(rows: Rows, name: str, place: Map) -> Array:
     """Return a unit torque that depends on the motion at its time alone."""
     if name.startswith("force_"):
-        return place.share(name.removeprefix("force_"), rows.position)
+        return place.fraction(name.removeprefix("force_"), rows.position)
     units: dict[str, Callable[[], Array]] = {
         "inertia": lambda: derivative(rows.velocity, rows.period),
         "viscous": lambda: rows.velocity,

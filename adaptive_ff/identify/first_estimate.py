@@ -15,7 +15,7 @@ from adaptive_ff.friction.model import (
     WITH_OFFSET,
     TorqueModel,
 )
-from adaptive_ff.identify.result import ASYMMETRY, LogIdentification, Parameter
+from adaptive_ff.identify.result import ASYMMETRY, IdentifiedJoint, Parameter
 from controllers.checks import check_numbers
 
 REPORTED_AS = dict(zip(GRAVITY, ("gravity_sine", "gravity_cosine"), strict=True))
@@ -30,8 +30,8 @@ ASSUMED_LAG = 0.01
 SLOW = 0.05
 """Stribeck velocity where none is identified, over the usual speed."""
 
-LARGEST_SHARE = 0.9
-"""Largest share by which friction varies over the position."""
+LARGEST_FRACTION = 0.9
+"""Largest fraction by which friction varies over the position."""
 
 
 class FirstEstimate(NamedTuple):
@@ -56,7 +56,7 @@ class FirstEstimate(NamedTuple):
     position_range : tuple of float or None
         Positions of the first and of the last hat, rad (m).
     position_map : tuple of float or None
-        Cosine and sine of each period, then the hats, as shares of friction; None where it does not depend on position.
+        Cosine and sine of each period, then the hats, over friction; None where it does not depend on position.
     """
 
     inertia: float
@@ -71,7 +71,7 @@ class FirstEstimate(NamedTuple):
     position_map: tuple[float, ...] | None = None
 
 
-def torque_model(found: LogIdentification, torque_constant: float | None = None) -> TorqueModel:
+def torque_model(found: IdentifiedJoint, torque_constant: float | None = None) -> TorqueModel:
     """Return the best model of an identified joint as a controller takes it.
 
     Raises
@@ -100,9 +100,9 @@ def torque_model(found: LogIdentification, torque_constant: float | None = None)
 
 
 def first_estimate(
-    found: LogIdentification, torque_constant: float | None = None, parameters: Sequence[str] | None = None
+    found: IdentifiedJoint, torque_constant: float | None = None, parameters: Sequence[str] | None = None
 ) -> FirstEstimate:
-    """Return what a controller begins with; see :meth:`LogIdentification.first_estimate`."""
+    """Return what a controller begins with; see `IdentifiedJoint.first_estimate`."""
     names = _suiting(found) if parameters is None else _checked(parameters)
     model, scale = torque_model(found, torque_constant), _torque_scale(found, torque_constant)
     values = model._asdict()
@@ -121,19 +121,19 @@ def first_estimate(
     return _with_map(first, found)
 
 
-def _with_map(first: FirstEstimate, found: LogIdentification) -> FirstEstimate:
+def _with_map(first: FirstEstimate, found: IdentifiedJoint) -> FirstEstimate:
     """Return a first estimate with friction over position as it was identified."""
     place, coulomb = found.place, found.value("coulomb")
     if not any(f"friction_{name}" in found.best.values for name in place.names) or coulomb <= 0.0:
         return first
     waves = [f"{part}_{number}" for number in range(1, len(place.periods) + 1) for part in ("cosine", "sine")]
     hats = [f"hat_{number}" for number in range(1, place.hats + 1)]
-    shares = [found.value(f"friction_{name}") / coulomb for name in (*waves, *hats)]
+    fractions = [found.value(f"friction_{name}") / coulomb for name in (*waves, *hats)]
     return first._replace(
         position_periods=place.periods,
         position_hats=place.hats,
         position_range=(place.low, place.high) if place.hats else None,
-        position_map=tuple(min(max(share, -LARGEST_SHARE), LARGEST_SHARE) for share in shares),
+        position_map=tuple(min(max(fraction, -LARGEST_FRACTION), LARGEST_FRACTION) for fraction in fractions),
     )
 
 
@@ -149,13 +149,13 @@ def _checked(parameters: Sequence[str]) -> tuple[str, ...]:
         raise InputError(str(error)) from error
 
 
-def _suiting(found: LogIdentification) -> tuple[str, ...]:
+def _suiting(found: IdentifiedJoint) -> tuple[str, ...]:
     if found.value(ASYMMETRY) != 0.0:
         return PER_DIRECTION if found.linear else PER_DIRECTION_WITH_GRAVITY
     return WITH_OFFSET if found.linear else WITH_GRAVITY
 
 
-def _torque_scale(found: LogIdentification, torque_constant: float | None) -> float:
+def _torque_scale(found: IdentifiedJoint, torque_constant: float | None) -> float:
     """Return the factor from the log's torque to N m (N)."""
     is_current = found.units["torque"] == "A"
     if torque_constant is None:

@@ -7,12 +7,15 @@ from dataclasses import replace
 import numpy as np
 
 from adaptive_ff.errors import InputError, check_kind
+from adaptive_ff.friction.model import TorqueModel
 from adaptive_ff.identify.columns import TEXTBOOK, Map
+from adaptive_ff.identify.first_estimate import FirstEstimate, first_estimate, torque_model
 from adaptive_ff.identify.motion import Array
 from adaptive_ff.identify.preparation import Prepared, narrowed, prepare
-from adaptive_ff.identify.regression import Blocks
-from adaptive_ff.identify.result import ASYMMETRY, Fit, LogIdentification, Recording, predicted
+from adaptive_ff.identify.regression import Folds
+from adaptive_ff.identify.result import ASYMMETRY, Fit, IdentifiedJoint, Recording, predicted
 from adaptive_ff.identify.selection import COLLINEAR, Data, Selection, select
+from adaptive_ff.identify.simulators import simulator_text
 from adaptive_ff.identify.units import LINEAR, ROTARY, of_current
 from adaptive_ff.learning.confidence import check_confidence
 from adaptive_ff.logs.column_units import in_degrees
@@ -39,10 +42,44 @@ LONGEST_DELAY = 1.0
 """Longest time after its stamp at which a torque may act, s; a longer one is a slip of the unit."""
 
 EXPLAINED = 0.5
-"""Share of the torque's variance from which on a model of the wrong sign is one."""
+"""Fraction of the torque's variance from which on a model of the wrong sign is one."""
 
 UNEXPLAINED = 0.95
-"""Share of the torque that a model must not leave for there to be a joint."""
+"""Fraction of the torque that a model must not leave for there to be a joint."""
+
+
+class LogIdentification(IdentifiedJoint):
+    """A joint identified from a log, with what a controller, a simulator or a script makes of it."""
+
+    def torque_model(self, torque_constant: float | None = None) -> TorqueModel:
+        """Return the best model as the torque model of a controller; ``torque_constant`` (N m/A) of a current."""
+        return torque_model(self, torque_constant)
+
+    def first_estimate(
+        self, torque_constant: float | None = None, parameters: Sequence[str] | None = None
+    ) -> FirstEstimate:
+        """Return what an adaptive controller begins with: arguments of ``AdaptiveController``, by name.
+
+        Parameters
+        ----------
+        torque_constant : float, optional
+            N m/A (N/A), where the log has a current.
+        parameters : sequence of str, optional
+            What the controller is to identify; by default what suits the model.
+        """
+        return first_estimate(self, torque_constant, parameters)
+
+    def simulator(self, kind: str, *, gear_ratio: float = 1.0) -> str:
+        """Return the joint as a simulator takes it: ``mjcf``, ``urdf``, ``isaac`` or ``drake``.
+
+        Parameters
+        ----------
+        kind : str
+            The simulator's format.
+        gear_ratio : float, optional
+            Turns of the motor in one of the joint: of a log on the motor's side the joint's values are written.
+        """
+        return simulator_text(self, kind, gear_ratio=gear_ratio)
 
 
 def identify_log(
@@ -63,7 +100,7 @@ def identify_log(
     """Identify a joint from a log.
 
     ``u = J dw/dt + Fc sgn w + sigma w + offset (+ gravity)`` is fitted by bounded least squares, torque and columns
-    behind one zero-phase low-pass whose band the motion tells. Refinements are taken where blocks that were left out
+    behind one zero-phase low-pass whose band the motion tells. Refinements are taken where folds that were left out
     of the fit are predicted better by them.
 
     Parameters
@@ -73,7 +110,7 @@ def identify_log(
     bandwidth : float, optional
         Band of the regression, Hz; from the motion if not given.
     held_out : float, optional
-        Share of the samples, at the end of the log, that is not fitted, but validated on.
+        Fraction of the samples, at the end of the log, that is not fitted, but validated on.
     validation : Log, optional
         Another log of the joint to validate on.
     torque_delay : float, optional
@@ -119,10 +156,10 @@ def identify_log(
     said = [*prepared.said, *in_degrees(prepared.log, float(np.max(np.abs(prepared.velocity))), linear=linear)]
     other = kept if validation is None else validation
     if other is not None:
-        seen = prepare(other, bandwidth=prepared.band, torque_delay=torque_delay, linear=linear)
-        error = predicted(found.best, Data(seen, data.place, not linear))
+        measured = prepare(other, bandwidth=prepared.band, torque_delay=torque_delay, linear=linear)
+        error = predicted(found.best, Data(measured, data.place, not linear))
         name = "the end of the log" if validation is None else validation.name
-        said += [] if validation is None else [f"{name}: {sentence}" for sentence in seen.said]
+        said += [] if validation is None else [f"{name}: {sentence}" for sentence in measured.said]
         found = replace(found, validation=error, validated_on=name)
     return replace(found, cautions=said)
 
@@ -190,12 +227,12 @@ def _unidentified(data: Data, selection: Selection) -> dict[str, str]:
 def _check_plausible(log: Log, data: Data, selection: Selection) -> None:
     """Refuse a torque that has nothing to do with the motion, and one of the wrong sign."""
     textbook = selection.textbook
-    blocks = data.fit(textbook.model)
-    free = dict(zip(textbook.model.names, blocks.solve(bounded=False).tolist(), strict=True))
+    folds = data.fit(textbook.model)
+    free = dict(zip(textbook.model.names, folds.solve(bounded=False).tolist(), strict=True))
     inertia, speed = free.get("inertia", 0.0), np.abs(data.prepared.velocity)
     dissipated = free.get("coulomb", 0.0) * np.mean(speed) + free.get("viscous", 0.0) * np.mean(speed**2)
     if ((inertia < 0.0 and dissipated < 0.0) or (inertia <= 0.0 and free.get("coulomb", 0.0) < 0.0)) and _explained(
-        blocks, data.prepared.torque
+        folds, data.prepared.torque
     ) > EXPLAINED:
         raise InputError(
             f"{log.name}: friction would drive the joint and inertia be negative: torque and motion have opposite "
@@ -210,18 +247,18 @@ def _check_plausible(log: Log, data: Data, selection: Selection) -> None:
         )
 
 
-def _explained(blocks: Blocks, torque: Array) -> float:
-    """Return the share of the torque's variance that unbounded least squares explains."""
-    values = blocks.solve(bounded=False)
-    left = blocks.power.sum() - 2.0 * values @ blocks.moment.sum(axis=0) + values @ blocks.gram.sum(axis=0) @ values
+def _explained(folds: Folds, torque: Array) -> float:
+    """Return the fraction of the torque's variance that unbounded least squares explains."""
+    values = folds.solve(bounded=False)
+    left = folds.power.sum() - 2.0 * values @ folds.moment.sum(axis=0) + values @ folds.gram.sum(axis=0) @ values
     return 1.0 - float(left) / max(float(np.sum((torque - np.mean(torque)) ** 2)), 1e-300)
 
 
-def _divided(log: Log, share: float) -> tuple[Log, Log | None]:
+def _divided(log: Log, fraction: float) -> tuple[Log, Log | None]:
     """Return the log to fit, and its end that is held out."""
-    if share == 0.0:
+    if fraction == 0.0:
         return log, None
-    middle = round((1.0 - share) * log.time.size)
+    middle = round((1.0 - fraction) * log.time.size)
     return log.part(slice(None, middle)), log.part(slice(middle, None))
 
 

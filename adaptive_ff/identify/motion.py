@@ -22,16 +22,16 @@ class Tuning(NamedTuple):
     """What was chosen of the filters; frequencies over that of the motion or of the samples, times over the band."""
 
     motion_power: float = 0.99
-    """Share of the velocity's power below the frequency of the motion."""
+    """Fraction of the velocity's power below the frequency of the motion."""
     times_motion: float = 6.0
     """Band over the frequency of the motion."""
     least_hertz: float = 10.0
     """Smallest band that is chosen without noise, Hz: reversals are short however slow the motion is."""
     least_times_motion: float = 2.0
     """Smallest band over the frequency of the motion where noise narrows it."""
-    noise_share: float = 0.01
+    noise_fraction: float = 0.01
     """Power of the noise of the acceleration in the band, over that of the acceleration."""
-    sampling_share: float = 0.2
+    sampling_fraction: float = 0.2
     """Largest band over the sampling frequency."""
     wide: float = 5.0
     """Corner of the filter before the sign of the velocity, over the band."""
@@ -45,7 +45,7 @@ class Tuning(NamedTuple):
     """Speed below which the joint may stick, over that which 5 % of the rows exceed ..."""
     standstill_noise: float = 3.0
     """... or over the noise of the velocity."""
-    standstill_share: float = 0.2
+    standstill_fraction: float = 0.2
     """Weight of standstill in a row, behind the filter, from which on the row is left out."""
     oversampling: float = 6.0
     """Samples kept in a cycle of the wide filter."""
@@ -114,18 +114,18 @@ def spectrum(motion: Array, period: float, *, is_position: bool, tuning: Tuning 
     noise = max(noise, _rounding(motion) * weight)
     width = max(1, min(15, power.size // 20))
     smooth = np.convolve(power, np.ones(width) / width, "same")
-    seen: Array = np.where(smooth > 4.0 * noise * gain, np.maximum(power - noise * gain, 0.0), 0.0)
-    if not seen.any():
-        seen = power
-    seen[frequency >= _gap(frequency, seen)] = 0.0
-    cumulated = np.cumsum(seen)
+    measured: Array = np.where(smooth > 4.0 * noise * gain, np.maximum(power - noise * gain, 0.0), 0.0)
+    if not measured.any():
+        measured = power
+    measured[frequency >= _gap(frequency, measured)] = 0.0
+    cumulated = np.cumsum(measured)
     end, slow = (
-        float(frequency[min(int(np.searchsorted(cumulated, share * cumulated[-1])), frequency.size - 1)])
-        for share in (tuning.motion_power, 0.5)
+        float(frequency[min(int(np.searchsorted(cumulated, fraction * cumulated[-1])), frequency.size - 1)])
+        for fraction in (tuning.motion_power, 0.5)
     )
     end, slow = max(end, float(frequency[1])), max(slow, float(frequency[1]))
-    accelerated = float(np.sum((seen * frequency**2)[frequency <= tuning.times_motion * end]))
-    loud = np.cumsum(noise * gain * frequency**2) > tuning.noise_share * accelerated
+    accelerated = float(np.sum((measured * frequency**2)[frequency <= tuning.times_motion * end]))
+    loud = np.cumsum(noise * gain * frequency**2) > tuning.noise_fraction * accelerated
     quiet = float(frequency[int(np.argmax(loud))]) if loud.any() else math.inf
     return Spectrum(end, quiet, Noise(2.0 * period * noise / weight, is_position), slow)
 
@@ -134,7 +134,7 @@ def choose_band(found: Spectrum, period: float, tuning: Tuning = TUNING) -> floa
     """Return the band, Hz: a multiple of the motion's frequency, narrower where the acceleration is noise beyond."""
     wanted = max(tuning.times_motion * found.motion, tuning.least_hertz)
     quiet = max(found.quiet, tuning.least_times_motion * found.motion)
-    return min(wanted, quiet, tuning.sampling_share / period)
+    return min(wanted, quiet, tuning.sampling_fraction / period)
 
 
 def _gap(frequency: Array, power: Array) -> float:
@@ -154,7 +154,7 @@ def _gap(frequency: Array, power: Array) -> float:
 
 
 EMPTY = 1e-3
-"""Share of the power of the velocity from which on an octave holds some of the motion."""
+"""Fraction of the power of the velocity from which on an octave holds some of the motion."""
 
 
 def _rounding(values: Array) -> float:
@@ -248,7 +248,7 @@ def make_rows(segment: Segment, band: float, noise: Noise, fast: float, tuning: 
     kept = np.arange(edge, position.size - edge, apart)
     time: Array = (segment.start + step * np.arange(position.size)).astype(np.float64)
     direction = np.clip(velocity / max(0.3 * slow, 1e-300), -1.0, 1.0)
-    slides = stands[kept] < tuning.standstill_share
+    slides = stands[kept] < tuning.standstill_fraction
     return Rows(step, time, position, velocity, direction, torque, known, narrow, kept, slides, scatter)
 
 

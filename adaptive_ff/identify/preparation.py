@@ -1,4 +1,4 @@
-"""A log made ready for the regression: cleaned, cut at gaps, put on even times, filtered, divided into blocks."""
+"""A log made ready for the regression: cleaned, cut at gaps, put on even times, filtered, divided into folds."""
 
 import math
 from typing import NamedTuple
@@ -20,7 +20,7 @@ from adaptive_ff.identify.motion import (
     spectrum,
 )
 from adaptive_ff.logs.cleaning import clean, lacking_column
-from adaptive_ff.logs.defects import Piece, Skipped, check_varies, median_step, usable_pieces
+from adaptive_ff.logs.defects import Skipped, Span, check_varies, median_step, usable_segments
 from adaptive_ff.logs.log import KNOWN, Log
 from controllers.arrays import NDArray
 from controllers.checks import check_numbers
@@ -28,14 +28,14 @@ from controllers.checks import check_numbers
 FEWEST_SAMPLES, FEWEST_ROWS = 50, 30
 """Samples of a log, and sliding rows of the regression, below which nothing is tried."""
 
-BLOCKS = (8, 20)
-"""Fewest and most blocks of rows."""
+FOLDS = (8, 20)
+"""Fewest and most folds of rows."""
 
 LARGEST = 1e30
 """Largest value of a series; one over it is the smallest peak."""
 
 NOISE_ALONE = 0.5
-"""Share of twice the variance of a position from which the squares of its steps are those of noise (von Neumann)."""
+"""Fraction of twice the variance of a position from which squared steps are those of noise (von Neumann)."""
 
 BUTTERWORTH = 0.8
 """Variance behind the filter over that behind an ideal low-pass of the same corner."""
@@ -45,7 +45,7 @@ class Prepared(NamedTuple):
     """A log, ready for the regression.
 
     The cleaned log and its segments, as measured and filtered; torque in the band (N m), velocity, position and time at
-    the sliding rows, with the block of each; band (Hz), speed that few samples exceed (rad/s), sample time (s);
+    the sliding rows, with the fold of each; band (Hz), speed that few samples exceed (rad/s), sample time (s);
     variance of the noise in a row by column; where motion and noise are; whether there is a known torque, and whether
     the time of the torque is known; samples that were used, what was not, and what was done to the log.
     """
@@ -57,8 +57,8 @@ class Prepared(NamedTuple):
     velocity: Array
     position: Array
     time: Array
-    block: NDArray[np.int64]
-    blocks: int
+    fold: NDArray[np.int64]
+    folds: int
     band: float
     fast: float
     period: float
@@ -84,16 +84,16 @@ def prepare(
     _check(log)
     sound = clean(log, linear=linear)
     whole, period = sound.log, median_step(sound.log)
-    pieces, skipped = usable_pieces(whole, 32, sound.jumps)
-    _check_content(log, whole, pieces, skipped, linear=linear)
-    segments = [_segment(whole, piece, period, torque_delay or 0.0) for piece in pieces]
+    spans, skipped = usable_segments(whole, 32, sound.jumps)
+    _check_content(log, whole, spans, skipped, linear=linear)
+    segments = [_segment(whole, span, period, torque_delay or 0.0) for span in spans]
     longest = max(segments, key=lambda one: one.position.size)
     is_position = whole.position is not None
-    seen = longest.position if is_position else derivative(longest.position, longest.period)
-    found = spectrum(seen, longest.period, is_position=is_position)
+    measured = longest.position if is_position else derivative(longest.position, longest.period)
+    found = spectrum(measured, longest.period, is_position=is_position)
     band = choose_band(found, period) if bandwidth is None else _checked_band(bandwidth, period)
     made = _filtered(whole, segments, band, found, delay_known=torque_delay is not None)
-    return made._replace(used=sum(piece.size for piece in pieces), skipped=skipped, said=sound.said)
+    return made._replace(used=sum(span.size for span in spans), skipped=skipped, said=sound.said)
 
 
 def narrowed(prepared: Prepared) -> Prepared | None:
@@ -133,7 +133,7 @@ def _filtered(
             f"at least {FEWEST_ROWS}: record for longer, or give a wider --bandwidth"
         )
     cycles = count / (TUNING.rows_in_cycle * band) * found.slow
-    blocks = min(int(np.clip(cycles, *BLOCKS)), max(4, count // 12))
+    folds = min(int(np.clip(cycles, *FOLDS)), max(4, count // 12))
     joined = {
         name: np.concatenate([getattr(made, name)[made.kept][made.slides] for made in rows])
         for name in ("velocity", "position", "time")
@@ -147,8 +147,8 @@ def _filtered(
         log,
         segments,
         rows,
-        block=np.arange(count) * blocks // count,
-        blocks=blocks,
+        fold=np.arange(count) * folds // count,
+        folds=folds,
         band=band,
         fast=fast,
         period=longest.period,
@@ -163,9 +163,9 @@ def _filtered(
     )
 
 
-def _segment(log: Log, piece: Piece, period: float, delay: float) -> Segment:
-    """Return a piece at even times; a velocity is summed up to a position."""
-    part = slice(piece.start, piece.stop)
+def _segment(log: Log, span: Span, period: float, delay: float) -> Segment:
+    """Return a segment at even times; a velocity is summed up to a position."""
+    part = slice(span.start, span.stop)
     time = log.time[part]
     count = round(float(time[-1] - time[0]) / period) + 1
     step = float(time[-1] - time[0]) / (count - 1)
@@ -179,7 +179,7 @@ def _segment(log: Log, piece: Piece, period: float, delay: float) -> Segment:
 
 def _checked_band(bandwidth: float, period: float) -> float:
     check_numbers(bandwidth=bandwidth)
-    highest = TUNING.sampling_share / period
+    highest = TUNING.sampling_fraction / period
     if not 0.0 < bandwidth <= highest * (1.0 + 1e-9):
         raise InputError(
             f"bandwidth = {bandwidth:g} Hz is not allowed: it must be positive and at most a fifth of the sampling "
@@ -202,18 +202,20 @@ def _check(log: Log) -> None:
             )
 
 
-def _check_content(given: Log, log: Log, pieces: list[Piece], skipped: list[Skipped], *, linear: bool) -> None:
-    """Refuse a log without a usable piece, without motion or without torque."""
-    if not pieces:
+def _check_content(given: Log, log: Log, spans: list[Span], skipped: list[Skipped], *, linear: bool) -> None:
+    """Refuse a log without a usable segment, without motion or without torque."""
+    if not spans:
         worst = max(skipped, key=lambda skip: skip.stop - skip.start).reason if skipped else "there is none at all"
-        raise InputError(f"{log.name}: no piece of 32 samples is without defect; mostly {worst}{lacking_column(given)}")
+        raise InputError(
+            f"{log.name}: no segment of 32 samples is without defect; mostly {worst}{lacking_column(given)}"
+        )
     what = "velocity" if log.position is None else "position"
-    check_varies(f"{log.name}: the {what}", log.motion, pieces, "it must move to be identified")
+    check_varies(f"{log.name}: the {what}", log.motion, spans, "it must move to be identified")
     hint = "" if linear else "; of a joint that swings freely, take its known gravity away with --known-torque"
-    check_varies(f"{log.name}: the torque", log.torque, pieces, f"it must be that of the drive{hint}")
+    check_varies(f"{log.name}: the torque", log.torque, spans, f"it must be that of the drive{hint}")
     if log.position is None:
         return
-    parts = [log.position[start:stop] for start, stop in pieces]
+    parts = [log.position[start:stop] for start, stop in spans]
     steps = sum(float(np.sum(np.diff(one) ** 2)) for one in parts)
     spread = sum(float(np.sum((one - np.mean(one)) ** 2)) for one in parts)
     if steps > NOISE_ALONE * 2.0 * spread:

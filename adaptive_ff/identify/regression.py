@@ -1,4 +1,4 @@
-"""Least squares by blocks of rows: estimates, errors out of sample, and what repetition would show of the estimates."""
+"""Least squares by folds of rows: estimates, errors out of sample, and the spread of repetition."""
 
 from itertools import pairwise
 from typing import NamedTuple
@@ -18,12 +18,12 @@ RIDGE = 1e-10
 TORQUES = ("offset", "gravity_", "force_")
 """Beginnings of names of parameters that are torques without dissipation: about as large as the log's, beforehand."""
 
-NOISE_SHARE = 0.5
-"""Largest share of a column's square that is taken for noise."""
+NOISE_FRACTION = 0.5
+"""Largest fraction of a column's square that is taken for noise."""
 
 
-class Blocks(NamedTuple):
-    """Sums over the rows of each block: all that least squares needs.
+class Folds(NamedTuple):
+    """Sums over the rows of each fold: all that least squares needs.
 
     Products of the columns, and the same freed of the noise of the measured motion in them and with the prior's;
     products of columns and torque; square of the torque, and number of rows.
@@ -36,7 +36,7 @@ class Blocks(NamedTuple):
     power: Array
     rows: Array
 
-    def of(self, names: tuple[str, ...]) -> "Blocks":
+    def of(self, names: tuple[str, ...]) -> "Folds":
         """Return the sums of some of the columns."""
         at = np.array([self.names.index(name) for name in names])
         gram, clean = (one[:, at[:, np.newaxis], at] for one in (self.gram, self.clean))
@@ -47,7 +47,7 @@ class Blocks(NamedTuple):
         return solve(self.clean.sum(axis=0), self.moment.sum(axis=0), self.names, bounded=bounded)
 
     def tolerance(self) -> dict[str, float]:
-        """Return the share of each column that the others do not explain."""
+        """Return the fraction of each column that the others do not explain."""
         gram = self.gram.sum(axis=0)
         scale = np.sqrt(np.maximum(np.diag(gram), 1e-300))
         inverse = np.linalg.inv(gram / np.outer(scale, scale) + RIDGE * np.eye(scale.size))
@@ -55,10 +55,10 @@ class Blocks(NamedTuple):
 
 
 def sums(
-    names: tuple[str, ...], columns: Array, torque: Array, block: NDArray[np.int64], noise: dict[str, float]
-) -> Blocks:
-    """Return the sums of rows by the number of their block; ``noise`` is the variance in a row by column."""
-    edges = np.searchsorted(block, np.arange(int(block[-1]) + 2))
+    names: tuple[str, ...], columns: Array, torque: Array, fold: NDArray[np.int64], noise: dict[str, float]
+) -> Folds:
+    """Return the sums of rows by the number of their fold; ``noise`` is the variance in a row by column."""
+    edges = np.searchsorted(fold, np.arange(int(fold[-1]) + 2))
     parts = [slice(start, stop) for start, stop in pairwise(edges)]
     gram = np.array([columns[part].T @ columns[part] for part in parts])
     moment = np.array([columns[part].T @ torque[part] for part in parts])
@@ -68,12 +68,12 @@ def sums(
     places = np.arange(len(names))
     own = gram[:, places, places]
     prior = _prior(names, gram.sum(axis=0), moment.sum(axis=0), power.sum(), count.sum()) / count.size**2
-    clean[:, places, places] = own - np.minimum(np.outer(count, variance), NOISE_SHARE * own) + prior
-    return Blocks(names, gram, clean, moment, power, count)
+    clean[:, places, places] = own - np.minimum(np.outer(count, variance), NOISE_FRACTION * own) + prior
+    return Folds(names, gram, clean, moment, power, count)
 
 
 def _prior(names: tuple[str, ...], gram: Array, moment: Array, power: float, rows: float) -> Array:
-    """Return the precision of the prior, in units of that of a row, were all errors of a block one.
+    """Return the precision of the prior, in units of that of a row, were all errors of a fold one.
 
     Over a short way offset and both parts of gravity are nearly one column: least squares would find a hundred times
     the torque of the log, with opposite signs.
@@ -98,14 +98,14 @@ def solve(gram: Array, moment: Array, names: tuple[str, ...], *, bounded: bool =
     return np.asarray(values / scale)
 
 
-def left_out_errors(blocks: Blocks) -> Array:
-    """Return the mean square error in each block of the model that was fitted to the others."""
-    gram, moment = blocks.clean.sum(axis=0), blocks.moment.sum(axis=0)
+def left_out_errors(folds: Folds) -> Array:
+    """Return the mean square error in each fold of the model that was fitted to the others."""
+    gram, moment = folds.clean.sum(axis=0), folds.moment.sum(axis=0)
     errors = []
     for clean, whole, right, power, count in zip(
-        blocks.clean, blocks.gram, blocks.moment, blocks.power, blocks.rows, strict=True
+        folds.clean, folds.gram, folds.moment, folds.power, folds.rows, strict=True
     ):
-        values = solve(gram - clean, moment - right, blocks.names)
+        values = solve(gram - clean, moment - right, folds.names)
         errors.append(max(0.0, power - 2.0 * values @ right + values @ whole @ values) / count)
     return np.array(errors)
 
@@ -115,15 +115,15 @@ def bounded(names: tuple[str, ...], values: Array) -> Array:
     return np.where([name in NOT_NEGATIVE for name in names], np.maximum(values, 0.0), values)
 
 
-def spread(blocks: Blocks) -> Array:
-    """Return the covariance that leaving out each block in turn tells (B. Efron 1982): that of repetition."""
-    gram, moment = blocks.clean.sum(axis=0), blocks.moment.sum(axis=0)
-    pairs = zip(blocks.clean, blocks.moment, strict=True)
-    each = np.array([solve(gram - own, moment - right, blocks.names, bounded=False) for own, right in pairs])
+def spread(folds: Folds) -> Array:
+    """Return the covariance that leaving out each fold in turn tells (B. Efron 1982): that of repetition."""
+    gram, moment = folds.clean.sum(axis=0), folds.moment.sum(axis=0)
+    pairs = zip(folds.clean, folds.moment, strict=True)
+    each = np.array([solve(gram - own, moment - right, folds.names, bounded=False) for own, right in pairs])
     apart = each - each.mean(axis=0)
     return np.asarray((len(each) - 1) / len(each) * apart.T @ apart)
 
 
-def quantile(blocks: int, confidence: float) -> float:
-    """Return the half width of an interval over the standard error: Student's t of the number of blocks."""
-    return float(special.stdtrit(max(1, blocks - 1), 0.5 + 0.5 * confidence))
+def quantile(folds: int, confidence: float) -> float:
+    """Return the half width of an interval over the standard error: Student's t of the number of folds."""
+    return float(special.stdtrit(max(1, folds - 1), 0.5 + 0.5 * confidence))

@@ -1,10 +1,9 @@
 """What was identified from a log: codes, values and units; :mod:`adaptive_ff.report` words them."""
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -15,15 +14,11 @@ from adaptive_ff.identify.units import unit_of
 from adaptive_ff.logs.defects import Skipped
 from adaptive_ff.reported import Reported
 
-if TYPE_CHECKING:
-    from adaptive_ff.friction.model import TorqueModel
-    from adaptive_ff.identify.first_estimate import FirstEstimate
-
 ASYMMETRY = "viscous_asymmetry"
 GOOD, CARE, UNUSABLE = "good", "usable with care", "not usable"
 
 LEFT = {GOOD: 0.15, CARE: 0.5}
-"""Share of the torque (rms, of blocks that were left out) that may be left."""
+"""Fraction of the torque (rms, of folds that were left out) that may be left."""
 
 WIDE = 0.25
 """Half width of an interval over its value from which on a parameter needs care."""
@@ -58,7 +53,7 @@ class Fit(NamedTuple):
     values, lower, upper : dict of float
         Estimates and ends of their intervals by name.
     left : float
-        What it leaves of the torque of blocks that were left out of the fit, rms over rms.
+        What it leaves of the torque of folds that were left out of the fit, rms over rms.
     """
 
     model: Model
@@ -91,7 +86,7 @@ def predicted(fit: Fit, data: Data) -> float:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class LogIdentification(Reported):
+class IdentifiedJoint(Reported):
     """A joint identified from a log.
 
     Attributes
@@ -156,7 +151,7 @@ class LogIdentification(Reported):
     def __repr__(self) -> str:
         """Return name and textbook parameters."""
         values = ", ".join(f"{name}={value:.4g}" for name, value in self.textbook.values.items())
-        return f"LogIdentification({self.name!r}, {values})"
+        return f"{type(self).__name__}({self.name!r}, {values})"
 
     @property
     def best(self) -> Fit:
@@ -233,49 +228,13 @@ class LogIdentification(Reported):
     def friction_points(self, bins: int = 30) -> dict[str, Array]:
         """Return the log's friction over its velocity: means of the torque without all else in bins of velocity."""
         rows = self.rows
-        seen = rows.torque - rows.fitted + self.friction(rows.velocity)
+        measured = rows.torque - rows.fitted + self.friction(rows.velocity)
         edges = np.linspace(float(rows.velocity.min()), float(rows.velocity.max()), bins + 1)
         at = np.clip(np.digitize(rows.velocity, edges) - 1, 0, bins - 1)
         count = np.bincount(at, minlength=bins)
         kept = count >= 5
-        mean = [np.bincount(at, one, bins)[kept] / count[kept] for one in (rows.velocity, seen)]
+        mean = [np.bincount(at, one, bins)[kept] / count[kept] for one in (rows.velocity, measured)]
         return {"velocity": mean[0], "torque": mean[1], "count": count[kept].astype(float)}
-
-    def torque_model(self, torque_constant: float | None = None) -> "TorqueModel":
-        """Return the best model as the torque model of a controller; ``torque_constant`` (N m/A) of a current."""
-        from adaptive_ff.identify.first_estimate import torque_model
-
-        return torque_model(self, torque_constant)
-
-    def first_estimate(
-        self, torque_constant: float | None = None, parameters: Sequence[str] | None = None
-    ) -> "FirstEstimate":
-        """Return what an adaptive controller begins with: arguments of ``AdaptiveController``, by name.
-
-        Parameters
-        ----------
-        torque_constant : float, optional
-            N m/A (N/A), where the log has a current.
-        parameters : sequence of str, optional
-            What the controller is to identify; by default what suits the model.
-        """
-        from adaptive_ff.identify.first_estimate import first_estimate
-
-        return first_estimate(self, torque_constant, parameters)
-
-    def simulator(self, kind: str, *, gear_ratio: float = 1.0) -> str:
-        """Return the joint as a simulator takes it: ``mjcf``, ``urdf``, ``isaac`` or ``drake``.
-
-        Parameters
-        ----------
-        kind : str
-            The simulator's format.
-        gear_ratio : float, optional
-            Turns of the motor in one of the joint: of a log on the motor's side the joint's values are written.
-        """
-        from adaptive_ff.identify.simulators import simulator_text
-
-        return simulator_text(self, kind, gear_ratio=gear_ratio)
 
     def to_dict(self) -> dict[str, Any]:
         """Return everything but the series as plain values: textbook parameters by name, ``refined`` beside them."""

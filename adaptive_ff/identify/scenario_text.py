@@ -9,8 +9,9 @@ import numpy as np
 from adaptive_ff.errors import InputError
 from adaptive_ff.friction.model import TorqueModel
 from adaptive_ff.identify.columns import GRAVITY
+from adaptive_ff.identify.first_estimate import torque_model
 from adaptive_ff.identify.motion import Array
-from adaptive_ff.identify.result import ASYMMETRY, LogIdentification
+from adaptive_ff.identify.result import ASYMMETRY, IdentifiedJoint
 from adaptive_ff.scenario.content import MAIN_JOB
 from adaptive_ff.scenario.file import toml_text
 from plant.lugre import LuGreJoint
@@ -22,7 +23,7 @@ SOLVER_STEP, SOLVER_TIMES = 0.001, (1, 2, 4, 8, 16)
 """Longest solver period, s, and over how many times as many steps a joint on bristles is solved."""
 
 MOST_VARIED = 0.9
-"""Largest variation of the simulated friction over position, as a share."""
+"""Largest variation of the simulated friction over position, as a fraction."""
 
 SEAM = 1e-3
 """Difference of the velocities at both ends of the motion from which on they are joined, over the largest speed."""
@@ -31,7 +32,7 @@ NOT_SIMULATED = ("torque_delay", "load_friction")
 """Terms that the simulated joint has not, beside those over position."""
 
 
-def reference_columns(found: LogIdentification) -> dict[str, Array]:
+def reference_columns(found: IdentifiedJoint) -> dict[str, Array]:
     """Return the motion of the longest segment as the columns of a recorded reference."""
     rows = found.motion
     every = max(1, int(0.1 / (found.bandwidth * rows.period)))
@@ -48,25 +49,25 @@ def joined_ends(time: Array, velocity: Array) -> dict[str, Array]:
     if abs(apart) > SEAM * float(np.max(np.abs(velocity))):
         step = float(time[1] - time[0])
         count = max(2, math.ceil(0.5 * math.pi * abs(apart) / (steepest * step)))
-        share = np.arange(1, count + 1) / count
-        time = np.concatenate([time, time[-1] + step * count * share])
-        velocity = np.concatenate([velocity, velocity[-1] + 0.5 * apart * (1.0 - np.cos(math.pi * share))])
+        fraction = np.arange(1, count + 1) / count
+        time = np.concatenate([time, time[-1] + step * count * fraction])
+        velocity = np.concatenate([velocity, velocity[-1] + 0.5 * apart * (1.0 - np.cos(math.pi * fraction))])
     return {"time": time, "velocity": velocity}
 
 
-def left_out(found: LogIdentification) -> list[str]:
+def left_out(found: IdentifiedJoint) -> list[str]:
     """Return the names of what the best model has and the simulated joint has not."""
     values = found.best.values
     names = [name for name in values if name in NOT_SIMULATED or name.startswith(("force_hat", "friction_hat"))]
     return names + (["dip at low speed"] if values.get("stiction_excess", 0.0) < 0.0 else [])
 
 
-def scenario_text(found: LogIdentification, reference: str) -> str:
+def scenario_text(found: IdentifiedJoint, reference: str) -> str:
     """Return the scenario of an identified joint.
 
     Parameters
     ----------
-    found : LogIdentification
+    found : IdentifiedJoint
         The joint.
     reference : str
         Name of the file with the recorded reference, beside the scenario file.
@@ -100,7 +101,7 @@ def scenario_text(found: LogIdentification, reference: str) -> str:
     return toml_text(content, _comments(found, joint), _head(found))
 
 
-def joint_fields(found: LogIdentification, period: float) -> dict[str, Any]:
+def joint_fields(found: IdentifiedJoint, period: float) -> dict[str, Any]:
     """Return the fields of a scenario's joint; the sampling period in s."""
     model = _model(found)
     substeps = max(1, math.ceil(period / SOLVER_STEP - 1e-9))
@@ -119,18 +120,18 @@ def joint_fields(found: LogIdentification, period: float) -> dict[str, Any]:
     return joint | (_on_bristles(found, joint, period / substeps) or rest)
 
 
-def _model(found: LogIdentification) -> TorqueModel:
-    return found.torque_model(None if found.units["torque"] != "A" else 1.0)
+def _model(found: IdentifiedJoint) -> TorqueModel:
+    return torque_model(found, None if found.units["torque"] != "A" else 1.0)
 
 
-def _learnt(found: LogIdentification, joint: dict[str, Any]) -> dict[str, str]:
+def _learnt(found: IdentifiedJoint, joint: dict[str, Any]) -> dict[str, str]:
     """Return what a controller is to learn: gravity where the joint has some, and never on a linear axis."""
     if found.linear:
         return {"identify": "directions" if found.value(ASYMMETRY) else "offset"}
     return {"identify": "gravity"} if "gravity" in joint else {}
 
 
-def _on_bristles(found: LogIdentification, joint: dict[str, Any], step: float) -> dict[str, Any] | None:
+def _on_bristles(found: IdentifiedJoint, joint: dict[str, Any], step: float) -> dict[str, Any] | None:
     """Return bristles of the LuGre model for a joint whose friction follows a path; None for another one."""
     if not (found.value("path") > 0.0 and joint["coulomb"] > 0.0):
         return None
@@ -143,7 +144,7 @@ def _on_bristles(found: LogIdentification, joint: dict[str, Any], step: float) -
     return None
 
 
-def _waves(found: LogIdentification, kind: str) -> list[tuple[float, float]]:
+def _waves(found: IdentifiedJoint, kind: str) -> list[tuple[float, float]]:
     """Return amplitude, N m, and period, rad, of each wave of friction or force over position."""
     pairs = []
     for number, period in enumerate(found.place.periods, start=1):
@@ -153,21 +154,21 @@ def _waves(found: LogIdentification, kind: str) -> list[tuple[float, float]]:
     return pairs
 
 
-def _over_position(found: LogIdentification) -> dict[str, Any]:
+def _over_position(found: IdentifiedJoint) -> dict[str, Any]:
     """Return friction and drive of the simulated joint over position: the strongest wave of each."""
     made: dict[str, Any] = {}
     friction, force, coulomb = _waves(found, "friction"), _waves(found, "force"), found.value("coulomb")
     if friction and coulomb > 0.0:
         size, period = max(friction)
-        share = min(size / coulomb, MOST_VARIED)
-        made["variation"] = {"position_amplitude": _rounded(share), "position_period": _rounded(period)}
+        fraction = min(size / coulomb, MOST_VARIED)
+        made["variation"] = {"position_amplitude": _rounded(fraction), "position_period": _rounded(period)}
     if force:
         size, period = max(force)
         made["actuator"] = {"ripple_amplitude": _rounded(size), "ripple_period": _rounded(period)}
     return made
 
 
-def _mapped(found: LogIdentification) -> dict[str, Any]:
+def _mapped(found: IdentifiedJoint) -> dict[str, Any]:
     """Return what the controller is to learn of friction and force over position."""
     made: dict[str, Any] = {}
     if _waves(found, "force"):
@@ -181,7 +182,7 @@ def _mapped(found: LogIdentification) -> dict[str, Any]:
     return made
 
 
-def _head(found: LogIdentification) -> list[str]:
+def _head(found: IdentifiedJoint) -> list[str]:
     """Return the comments above the scenario."""
     lines = [
         f"Joint identified from {found.source} in a band of {found.bandwidth:.3g} Hz: "
@@ -195,7 +196,7 @@ def _head(found: LogIdentification) -> list[str]:
     return lines
 
 
-def _comments(found: LogIdentification, joint: dict[str, Any]) -> dict[str, str]:
+def _comments(found: IdentifiedJoint, joint: dict[str, Any]) -> dict[str, str]:
     """Return how well each value is known, or that it is assumed, by its key."""
     bend = _interval(found, "stribeck_velocity")
     mean = "mean of both directions: " if ASYMMETRY in found.best.values else ""
@@ -224,7 +225,7 @@ def _comments(found: LogIdentification, joint: dict[str, Any]) -> dict[str, str]
     }
 
 
-def _interval(found: LogIdentification, name: str) -> str:
+def _interval(found: IdentifiedJoint, name: str) -> str:
     """Say how well a parameter is known."""
     one = found.joint_parameters.get(name)
     if one is None:

@@ -12,10 +12,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from adaptive_ff.errors import InputError
-from adaptive_ff.identify.identification import identify_log
+from adaptive_ff.identify.identification import LogIdentification, identify_log
 from adaptive_ff.identify.motion import Array, derivative, lowpass
 from adaptive_ff.identify.preparation import prepare
-from adaptive_ff.identify.result import ASYMMETRY, LogIdentification
+from adaptive_ff.identify.result import ASYMMETRY
 from adaptive_ff.logs.log import Log, check_log
 from adaptive_ff.reported import Reported
 from controllers import compiled
@@ -66,19 +66,19 @@ def _follow(model: OpenLoop, torque: Array, start: Array, period: float, length:
         dry = max(0.0, model.coulomb + model.excess * slow)
         drive = torque[k] - model.offset - pull - model.asymmetry * abs(speed)
         if model.lag > 0.0:
-            share = period / (model.lag + period)
+            fraction = period / (model.lag + period)
             towards = 0.0
-            free = (model.inertia * speed + period * (drive - (1.0 - share) * friction)) / (
+            free = (model.inertia * speed + period * (drive - (1.0 - fraction) * friction)) / (
                 model.inertia + period * model.viscous
             )
-            bound = period * share * dry / (model.inertia + period * model.viscous)
+            bound = period * fraction * dry / (model.inertia + period * model.viscous)
             if free > bound:
                 towards, speed = dry, free - bound
             elif free < -bound:
                 towards, speed = -dry, free + bound
             else:
                 towards, speed = dry * free / max(bound, 1e-300), 0.0
-            friction = friction + share * (towards - friction)
+            friction = friction + fraction * (towards - friction)
         else:
             free = (model.inertia * speed + period * drive) / (model.inertia + period * model.viscous)
             bound = period * dry / (model.inertia + period * model.viscous)
@@ -144,8 +144,8 @@ class Score(Reported):
     @property
     def grade(self) -> str:
         """How far the model can be simulated: ``follows``, ``drifts`` or ``does not follow``."""
-        share = self.windows / self.moved if self.moved else math.inf
-        return "follows" if share <= FOLLOWS else "drifts" if share <= DRIFTS else "does not follow"
+        fraction = self.windows / self.moved if self.moved else math.inf
+        return "follows" if fraction <= FOLLOWS else "drifts" if fraction <= DRIFTS else "does not follow"
 
     def to_dict(self) -> dict[str, Any]:
         """Return everything but the series as plain values."""
@@ -254,8 +254,8 @@ def _simulated(found: LogIdentification, log: Log, delay: float | None, *, linea
     whole, windows = (np.where(np.isfinite(one), one, 1e300) for one in results)
     length = max(1, round(WINDOW / segment.period))
     used = count // length * length
-    pieces = segment.position[:used].reshape(-1, length)
-    moved = math.sqrt(float(np.mean((pieces - pieces[:, :1]) ** 2)))
+    segments = segment.position[:used].reshape(-1, length)
+    moved = math.sqrt(float(np.mean((segments - segments[:, :1]) ** 2)))
     with np.errstate(over="ignore"):
         errors = [math.sqrt(float(np.mean((one - segment.position) ** 2))) for one in (whole, windows)]
     return _Simulated((segment.start + time).astype(np.float64), segment.position, whole, errors[0], errors[1], moved)

@@ -11,7 +11,7 @@ from adaptive_ff.identify.columns import DRY, GRAVITY, VISCOUS, Map, Shape, unit
 from adaptive_ff.identify.motion import Array
 from adaptive_ff.identify.preparation import Prepared
 from adaptive_ff.identify.regression import (
-    Blocks,
+    Folds,
     bounded,
     left_out_errors,
     quantile,
@@ -24,8 +24,8 @@ from adaptive_ff.identify.regression import (
 class Rule(NamedTuple):
     """When further terms are taken.
 
-    The standard errors over the blocks by which the mean square error must fall, and the share of the rms residual that
-    must go.
+    The standard errors over the folds by which the mean square error must fall, and the fraction of the rms residual
+    that must go.
     """
 
     errors: float
@@ -62,7 +62,7 @@ class Model(NamedTuple):
 
 
 class Fitted(NamedTuple):
-    """A model with estimates, ends of their intervals by name, and mean square errors of blocks that were left out."""
+    """A model with estimates, ends of their intervals by name, and mean square errors of folds that were left out."""
 
     model: Model
     values: dict[str, float]
@@ -74,7 +74,7 @@ class Fitted(NamedTuple):
 class Selection(NamedTuple):
     """The textbook's model, that with the refinements that were taken, and what each textbook column has of its own.
 
-    The tolerance is the share of a column that the others do not explain, gravity's among them on a rotary axis;
+    The tolerance is the fraction of a column that the others do not explain, gravity's among them on a rotary axis;
     ``narrowed_by`` is what :func:`narrowing_motion` returns.
     """
 
@@ -97,17 +97,17 @@ class Data(NamedTuple):
         """Return columns of all segments."""
         return np.concatenate([unit_torques(rows, names, shape, self.place) for rows in self.prepared.rows])
 
-    def sums(self, names: tuple[str, ...], columns: Array) -> Blocks:
-        """Return the sums of some columns by block."""
-        return sums(names, columns, self.prepared.torque, self.prepared.block, self.prepared.noise)
+    def sums(self, names: tuple[str, ...], columns: Array) -> Folds:
+        """Return the sums of some columns by fold."""
+        return sums(names, columns, self.prepared.torque, self.prepared.fold, self.prepared.noise)
 
-    def fit(self, model: Model) -> Blocks:
+    def fit(self, model: Model) -> Folds:
         """Return the sums of a model."""
         return self.sums(model.names, self.columns(*model))
 
 
 def is_better(old: Array, new: Array, rule: Rule) -> bool:
-    """Tell whether errors of blocks fall by what a rule asks for."""
+    """Tell whether errors of folds fall by what a rule asks for."""
     fall = old - new
     spread = float(np.std(fall, ddof=1)) / math.sqrt(fall.size)
     return float(np.mean(fall)) > rule.errors * spread and np.mean(new) < (1.0 - rule.gain) ** 2 * np.mean(old)
@@ -123,8 +123,8 @@ def refinements(data: Data, model: Model) -> Iterator[tuple[str, Model]]:
         for seconds in PATHS:
             yield "path", Model(names, shape._replace(path=seconds * fast))
     if "coulomb" in names and not shape.stribeck_velocity:
-        for share in SPEEDS:
-            yield "stribeck", Model((*names, "stiction_excess"), shape._replace(stribeck_velocity=share * fast))
+        for fraction in SPEEDS:
+            yield "stribeck", Model((*names, "stiction_excess"), shape._replace(stribeck_velocity=fraction * fast))
     for kind, further in _linear(data, model):
         if further and not set(further) <= set(names):
             yield kind, Model((*names, *further), shape)
@@ -143,7 +143,7 @@ def _linear(data: Data, model: Model) -> Iterator[tuple[str, tuple[str, ...]]]:
 
 
 def tried(data: Data, model: Model) -> dict[str, tuple[Model, Array]]:
-    """Return the best model of each kind of refinement, with the errors of its blocks."""
+    """Return the best model of each kind of refinement, with the errors of its folds."""
     cache = dict(zip([(name, model.shape) for name in model.names], data.columns(*model).T, strict=True))
     best: dict[str, tuple[Model, Array]] = {}
     for kind, one in refinements(data, model):
@@ -171,7 +171,8 @@ def select(data: Data, terms: tuple[str, ...], confidence: float, *, weight: boo
         with_weight = left_out_errors(data.fit(heavy))
         if weight or is_better(errors, with_weight, WEIGHT):
             model, errors = heavy, with_weight
-    base, base_errors, taken, before = model, errors, [], {}
+    base, base_errors, taken = model, errors, []
+    before: dict[str, Array] = {}
     around = beside = tried(data, model) if refine else {}
     while refine:
         kind, (better, new) = min(around.items(), key=lambda item: float(np.mean(item[1][1])))
@@ -216,25 +217,25 @@ def narrowing_motion(data: Data, model: Model) -> dict[str, tuple[str, float]]:
 
 
 COLLINEAR = 1e-3
-"""Share of a column that the others must leave for its parameter to be identifiable."""
+"""Fraction of a column that the others must leave for its parameter to be identifiable."""
 
 
 def _identifiable(data: Data, terms: tuple[str, ...]) -> tuple[Model, dict[str, float]]:
     """Return the textbook's model of the terms that the motion tells apart, and how far it does."""
     judged = terms + (GRAVITY if data.rotary else ())
-    blocks = data.fit(Model(judged))
-    tolerance = blocks.of(terms).tolerance()
-    noise = data.prepared.noise["inertia"] * blocks.rows.sum()
-    power = float(blocks.gram.sum(axis=0)[0, 0])
+    folds = data.fit(Model(judged))
+    tolerance = folds.of(terms).tolerance()
+    noise = data.prepared.noise["inertia"] * folds.rows.sum()
+    power = float(folds.gram.sum(axis=0)[0, 0])
     tolerance["inertia"] = min(tolerance["inertia"], max(0.0, 1.0 - noise / max(power, 1e-300)) ** 4)
     names = list(terms)
     if "coulomb" in names and tolerance["coulomb"] < COLLINEAR and "offset" in names:
         names.remove("coulomb")  # one way: friction and load are one constant
     for name in ("viscous", "inertia"):
-        if min(blocks.of(tuple(names)).tolerance()[name], tolerance[name] if name == "inertia" else 1.0) < COLLINEAR:
+        if min(folds.of(tuple(names)).tolerance()[name], tolerance[name] if name == "inertia" else 1.0) < COLLINEAR:
             names.remove(name)
     if data.rotary and "inertia" in names:  # one sine: a spring-like torque and inertia are one number
-        tolerance["inertia_beside_gravity"] = blocks.tolerance()["inertia"]
+        tolerance["inertia_beside_gravity"] = folds.tolerance()["inertia"]
     return Model(tuple(names)), tolerance
 
 
@@ -246,9 +247,9 @@ def _polished(data: Data, model: Model) -> Model:
 
         def left(log_value: float, name: str = name, model: Model = model) -> float:
             one = model._replace(shape=model.shape._replace(**{name: math.exp(log_value)}))
-            blocks = data.fit(one)
-            values = blocks.solve()
-            return float(values @ blocks.gram.sum(axis=0) @ values - 2.0 * values @ blocks.moment.sum(axis=0))
+            folds = data.fit(one)
+            values = folds.solve()
+            return float(values @ folds.gram.sum(axis=0) @ values - 2.0 * values @ folds.moment.sum(axis=0))
 
         ends = math.log(value) - NEAR, math.log(value) + NEAR
         found = optimize.minimize_scalar(left, bounds=ends, method="bounded", options={"xatol": 0.02})
@@ -273,22 +274,22 @@ class _Estimated(NamedTuple):
 def _estimated(data: Data, model: Model, errors: Array) -> _Estimated:
     """Return a model with its estimates and their covariance.
 
-    To the spread over blocks comes what half a sample of the torque's time would change, as far as the rows leave it
+    To the spread over folds comes what half a sample of the torque's time would change, as far as the rows leave it
     open.
     """
     slopes = _slopes(data, model, data.fit(model).solve())
     late = () if "torque_delay" in model.names else ("torque_delay",)
     columns = np.column_stack([data.columns((*model.names, *late), model.shape), *slopes.values()])
     inner = (*model.names, *slopes)
-    blocks = data.sums((*model.names, *late, *slopes), columns).of((*inner, *late))
-    own = blocks.of(inner)
+    folds = data.sums((*model.names, *late, *slopes), columns).of((*inner, *late))
+    own = folds.of(inner)
     bent = tuple(name.removeprefix(SLOPE) for name in slopes)
-    values = np.append(blocks.of(model.names).solve(), [math.log(getattr(model.shape, name)) for name in bent])
+    values = np.append(folds.of(model.names).solve(), [math.log(getattr(model.shape, name)) for name in bent])
     moved = np.zeros(values.size)
     if data.narrower is not None:
         narrow = data._replace(prepared=data.narrower).fit(model).solve()
         moved[: narrow.size] = narrow - values[: narrow.size]
-    return _Estimated(model, errors, bent, values, spread(own) + _timing(data, blocks, own), moved**2 / 3.0)
+    return _Estimated(model, errors, bent, values, spread(own) + _timing(data, folds, own), moved**2 / 3.0)
 
 
 def _refined(one: _Estimated, before: dict[str, Array], confidence: float) -> Fitted:
@@ -333,9 +334,9 @@ def _averaged(data: Data, models: list[_Estimated], confidence: float) -> Fitted
 
 
 def _with_intervals(one: _Estimated, names: tuple[str, ...], values: Array, half: Array) -> Fitted:
-    ends = (dict(zip(names, bounded(names, end).tolist(), strict=True)) for end in (values, values - half))
-    upper = dict(zip(names, (values + half).tolist(), strict=True))
-    return Fitted(one.model, *ends, upper, one.errors)
+    ends = bounded(names, values), bounded(names, values - half), values + half
+    value, lower, upper = (dict(zip(names, end.tolist(), strict=True)) for end in ends)
+    return Fitted(one.model, value, lower, upper, one.errors)
 
 
 def _textbook_of(data: Data, names: tuple[str, ...], one: _Estimated) -> Array:
@@ -367,16 +368,16 @@ def _slopes(data: Data, model: Model, values: Array) -> dict[str, Array]:
     return found
 
 
-def _timing(data: Data, blocks: Blocks, own: Blocks) -> Array:
+def _timing(data: Data, folds: Folds, own: Folds) -> Array:
     """Return the covariance by the time of the torque, known to half a sample before the rows were measured."""
     if data.prepared.delay_known or "torque_delay" in own.names:
         return np.zeros((len(own.names), len(own.names)))
     prior = data.prepared.period**2 / 12.0
-    free = blocks.solve(bounded=False)
-    delay, error = float(free[-1]), math.sqrt(spread(blocks)[-1, -1])
+    free = folds.solve(bounded=False)
+    delay, error = float(free[-1]), math.sqrt(spread(folds)[-1, -1])
     certain = 1.0 / (1.0 / prior + 1.0 / max(error, 1e-12) ** 2)
     mean = min(abs(delay) * certain / max(error, 1e-12) ** 2, data.prepared.period)
-    gram, cross = own.clean.sum(axis=0), blocks.gram.sum(axis=0)[: len(own.names), -1]
+    gram, cross = own.clean.sum(axis=0), folds.gram.sum(axis=0)[: len(own.names), -1]
     alias = solve(gram, cross, own.names, bounded=False)
     return np.asarray(np.outer(alias, alias) * (certain + mean**2))
 

@@ -18,7 +18,8 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 from adaptive_ff.errors import InputError
-from adaptive_ff.identify.result import LogIdentification
+from adaptive_ff.identify.first_estimate import torque_model
+from adaptive_ff.identify.result import IdentifiedJoint
 
 EARTH = 9.81
 """Acceleration of gravity, m/s^2."""
@@ -38,11 +39,11 @@ class JointNumbers(NamedTuple):
     linear: bool
 
 
-def numbers_of(found: LogIdentification, gear_ratio: float) -> JointNumbers:
+def numbers_of(found: IdentifiedJoint, gear_ratio: float) -> JointNumbers:
     """Return the numbers of a joint; of a log on the motor's side those behind a gear."""
     if not (gear_ratio > 0.0 and gear_ratio < float("inf")):
         raise InputError(f"gear_ratio = {gear_ratio:g} is not allowed: it must be positive and finite")
-    model = found.torque_model(1.0 if found.units["torque"] == "A" else None)
+    model = torque_model(found, 1.0 if found.units["torque"] == "A" else None)
     square = gear_ratio**2
     amplitude, phase = found.gravity
     return JointNumbers(
@@ -58,7 +59,7 @@ def numbers_of(found: LogIdentification, gear_ratio: float) -> JointNumbers:
     )
 
 
-def simulator_text(found: LogIdentification, kind: str, *, gear_ratio: float = 1.0) -> str:
+def simulator_text(found: IdentifiedJoint, kind: str, *, gear_ratio: float = 1.0) -> str:
     """Return the joint in the words of a simulator: a file, with what it cannot express as a comment."""
     if kind not in SIMULATORS:
         raise InputError(f"simulator {kind!r} is not known; allowed: {', '.join(SIMULATORS)}")
@@ -70,7 +71,7 @@ def simulator_text(found: LogIdentification, kind: str, *, gear_ratio: float = 1
     return SIMULATORS[kind](joint, lines)
 
 
-def _not_expressed(found: LogIdentification, joint: JointNumbers, kind: str) -> list[str]:
+def _not_expressed(found: IdentifiedJoint, joint: JointNumbers, kind: str) -> list[str]:
     """Return what the joint has and the engines have not."""
     lost = []
     if joint.stiction > joint.coulomb:

@@ -17,10 +17,10 @@ SLOWEST, FASTEST = 1.0, 1e-5
 """Sample times, s: from the first on the clock does not count seconds; a shorter one than the second no joint's has."""
 
 FEW = 0.05
-"""Share of rows with the time of the row before from which on a clock may be rounded; fewer are dropped."""
+"""Fraction of rows with the time of the row before from which on a clock may be rounded; fewer are dropped."""
 
 REPEATED, CHANGES = 0.3, 50
-"""Share of rows that repeat the row before, and fewest changes, from which on a series is sampled more slowly."""
+"""Fraction of rows that repeat the row before, and fewest changes, from which on a series is sampled more slowly."""
 
 COUNTS = 2.5
 """Change of a coarse encoder over its smallest one, up to which it is a count, as a file rounds it."""
@@ -35,8 +35,8 @@ WRAP, JUMP = 0.05, 20.0
 """Relative difference from a turn up to which a step is a wrap; step over nearly all others that is a jump."""
 
 AT_LIMIT, OFTEN, CHANGING = 0.05, 5.0, 0.5
-"""Share of rows at an end of the torque that make a limit, times the most frequent value between; share of the rows
-between in which it changes."""
+"""Fraction of rows at an end of the torque that make a limit, times the most frequent value between; fraction of the
+rows between in which it changes."""
 
 Step = Callable[[Log], tuple[Log, list[str]]]
 
@@ -353,12 +353,12 @@ def at_limit(log: Log) -> tuple[Log, list[str]]:
     frequent = np.max(np.unique(known[between & (known != 0.0)], return_counts=True)[1], initial=0)
     stays = {end: sum(b - a for a, b in runs(known == end) if b - a >= 3) for end in (low, high) if end != 0.0}
     ends = {end: count for end, count in stays.items() if count > OFTEN * frequent}
-    share = sum(ends.values()) / known.size
-    if share < AT_LIMIT or np.mean((known[1:] != known[:-1])[between[1:]]) < CHANGING:
+    fraction = sum(ends.values()) / known.size
+    if fraction < AT_LIMIT or np.mean((known[1:] != known[:-1])[between[1:]]) < CHANGING:
         return log, []
     shown = " or ".join(f"{end:.4g}" for end in sorted(ends))
     return log, [
-        f"the torque is exactly {shown} in {100.0 * share:.0f} % of the rows: if what records it cuts it off there, "
+        f"the torque is exactly {shown} in {100.0 * fraction:.0f} % of the rows: if what records it cuts it off there, "
         "inertia and friction come out wrong; if it is the limit of the drive and the column is what acted, they do not"
     ]
 

@@ -1,4 +1,4 @@
-"""The clock of a log, its gaps, and the pieces between defects that can be used."""
+"""The clock of a log, its gaps, and the segments between defects that can be used."""
 
 from collections.abc import Sequence
 from itertools import pairwise
@@ -12,13 +12,13 @@ from adaptive_ff.logs.log import Array, Log
 
 GAP, UNEVEN = 5.5, (0.9, 4.0)
 """A step of the clock longer than this many median steps is a gap; where steps are uneven, one longer than so many
-times that which so large a share is not longer than."""
+times that which so large a fraction is not longer than."""
 
-BACK_SHARE = 0.1
-"""Share of the steps of a clock that go back from which on the samples are not in order."""
+BACK_FRACTION = 0.1
+"""Fraction of the steps of a clock that go back from which on the samples are not in order."""
 
 
-class Piece(NamedTuple):
+class Span(NamedTuple):
     """Samples ``start`` to ``stop - 1`` of a log, without a defect among them."""
 
     start: int
@@ -51,7 +51,7 @@ def median_step(log: Log) -> float:
     with np.errstate(invalid="ignore", over="ignore"):
         back = int(np.count_nonzero(np.diff(log.time) < 0.0))
     forward = _forward(log.time)
-    if forward.size == 0 or back > BACK_SHARE * (back + forward.size):
+    if forward.size == 0 or back > BACK_FRACTION * (back + forward.size):
         raise InputError(f"{log.name}: {_first_step_back(log)}; times must increase from sample to sample")
     return float(np.median(forward))
 
@@ -61,8 +61,8 @@ def longest_step(time: Array) -> float:
     forward = _forward(time)
     if not forward.size:
         return 0.0
-    share, times = UNEVEN
-    return max(GAP * float(np.median(forward)), times * float(np.quantile(forward, share)))
+    fraction, times = UNEVEN
+    return max(GAP * float(np.median(forward)), times * float(np.quantile(forward, fraction)))
 
 
 def _forward(time: Array) -> Array:
@@ -84,11 +84,11 @@ def _first_step_back(log: Log) -> str:
     )
 
 
-def usable_pieces(log: Log, shortest: int = 2, jumps: Sequence[Skipped] = ()) -> tuple[list[Piece], list[Skipped]]:
+def usable_segments(log: Log, shortest: int = 2, jumps: Sequence[Skipped] = ()) -> tuple[list[Span], list[Skipped]]:
     """Cut a log where values are not finite, or the clock stands, jumps back or leaves a gap, and at given places.
 
-    Returns the pieces of at least so many samples, and what is skipped, in order; a jump of the clock skips no sample,
-    it only cuts, and its entry is empty.
+    Returns the segments of at least so many samples, and what is skipped, in order; a jump of the clock skips no
+    sample, it only cuts, and its entry is empty.
 
     Raises
     ------
@@ -112,19 +112,19 @@ def usable_pieces(log: Log, shortest: int = 2, jumps: Sequence[Skipped] = ()) ->
         if not broken[jump.start - 1] and finite[jump.start - 1 : jump.start + 1].all():
             skipped.append(jump)
         broken[jump.start - 1] = True
-    pieces: list[Piece] = []
+    segments: list[Span] = []
     cut = np.flatnonzero(broken) + 1
     for start, stop in runs(finite):
         inside = cut[np.searchsorted(cut, start, side="right") : np.searchsorted(cut, stop)]
         edges = [start, *(int(place) for place in inside), stop]
         for begin, end in pairwise(edges):
             if end - begin >= shortest:
-                pieces.append(Piece(begin, end))
+                segments.append(Span(begin, end))
             else:
                 skipped.append(
-                    Skipped(begin, end, f"a piece of {counted(end - begin, 'sample')}; {shortest} are needed")
+                    Skipped(begin, end, f"a segment of {counted(end - begin, 'sample')}; {shortest} are needed")
                 )
-    return pieces, sorted(skipped)
+    return segments, sorted(skipped)
 
 
 def runs(mask: NDArray[np.bool_]) -> list[tuple[int, int]]:
@@ -149,7 +149,7 @@ def bridged(time: Array, mask: NDArray[np.bool_]) -> list[tuple[int, int]]:
         ]
 
 
-def check_varies(name: str, values: Array, pieces: Sequence[Piece], meaning: str) -> None:
+def check_varies(name: str, values: Array, segments: Sequence[Span], meaning: str) -> None:
     """Refuse a series that is the same all over.
 
     Raises
@@ -157,7 +157,7 @@ def check_varies(name: str, values: Array, pieces: Sequence[Piece], meaning: str
     InputError
         It is.
     """
-    low = min(float(values[start:stop].min()) for start, stop in pieces)
-    high = max(float(values[start:stop].max()) for start, stop in pieces)
+    low = min(float(values[start:stop].min()) for start, stop in segments)
+    high = max(float(values[start:stop].max()) for start, stop in segments)
     if low == high:
         raise InputError(f"{name} is {low + 0.0:g} all over; {meaning}")  # -0 is 0

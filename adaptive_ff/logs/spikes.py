@@ -18,13 +18,13 @@ WIDEST, NEAREST, BESIDE = 3, 3, 6
 """Rows that a spike takes at most, that there must be on either side, and whose steps are compared there."""
 
 FAR, USUAL = 4.0, 0.95
-"""Distance from the neighbours, over the usual step and those beside, that is far; share of steps that are usual."""
+"""Distance from the neighbours, over the usual step and those beside, that is far; fraction of steps that are usual."""
 
 BACK = 0.2
 """Distance from where the slope leads to, over that of the spike, up to which a series is back."""
 
 OUTSIDE, RAREST = 1.5, 0.002
-"""Distance of a torque or a velocity over the range of all values but this share at either end."""
+"""Distance of a torque or a velocity over the range of all values but this fraction at either end."""
 
 AROUND, FELT = 5, 3.0
 """Rows over which the velocity is a mean; change that the usual torque does not explain over that of other places."""
@@ -96,7 +96,7 @@ def _are_off(values: Array, steps: Array, first: NDArray[np.int64], width: int, 
 
 
 def _were_felt(log: Log, usual: Array, rows: NDArray[np.int64], width: int) -> NDArray[np.bool_]:
-    """Tell which of the torques that begin in some rows the joint felt; none where that cannot be told.
+    """Tell which of the torques that begin in some rows the joint felt; none where that is not known.
 
     The change of the velocity in the midst of rows is regressed on the sum of the usual torque over them, the direction
     and a constant; so a torque of the other sign is as good.

@@ -259,7 +259,7 @@ def _number(cell: str, comma: bool, clock: "Clock | None" = None) -> float:
 
 
 class Clock:
-    """Counts seconds from the first time that it is told.
+    """Counts seconds from the first time that it is given.
 
     Seconds since 1970 would be known to 0.2 us only, which at 500 Hz is enough to change what is identified.
     """

@@ -16,10 +16,9 @@ import scipy
 from adaptive_ff.errors import InputError, read_text
 from adaptive_ff.friction.model import unit_of
 from adaptive_ff.identify.columns import Map
-from adaptive_ff.identify.identification import check_delay, identify_log
+from adaptive_ff.identify.identification import LogIdentification, check_delay, identify_log
 from adaptive_ff.identify.motion import Array, Rows
 from adaptive_ff.identify.preparation import Prepared, prepare
-from adaptive_ff.identify.result import LogIdentification
 from adaptive_ff.identify.selection import Data
 from adaptive_ff.identify.units import of_current
 from adaptive_ff.learning.kalman import LOOP, Member
@@ -285,14 +284,14 @@ def _replayed(
     columns = columns_of(learner, rows, slow)
     response = scipy.signal.butter(2, min(prepared.band, 0.4 / rows.period), fs=1.0 / rows.period, output="sos")
     start = scipy.signal.sosfilt_zi(response)[:, :, np.newaxis]
-    seen = scipy.signal.sosfilt(response, columns, axis=0, zi=start * columns[0])[0]
+    measured = scipy.signal.sosfilt(response, columns, axis=0, zi=start * columns[0])[0]
     torque = scipy.signal.sosfilt(response, rows.torque, zi=start[:, :, 0] * rows.torque[0])[0]
     still = (np.abs(rows.velocity) < slow).astype(float)
     slides = scipy.signal.sosfilt(response, still, zi=start[:, :, 0] * still[0])[0] < 0.2
-    held = np.concatenate([torque[:1], torque[:-1]])  # at standstill friction is what the joint was seen to hold
+    held = np.concatenate([torque[:1], torque[:-1]])  # at standstill friction is what the joint was measured to hold
     found = {}
     for name, state in states.items():
-        estimates = learn(learner, state, seen, torque, slides, rows.period, memory)
+        estimates = learn(learner, state, measured, torque, slides, rows.period, memory)
         fed = np.sum(columns * estimates, axis=1)
         found[name] = np.where((still > 0.0) & ~slides, held, fed), estimates
     return found

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
-from adaptive_ff.identify.result import LogIdentification
+from adaptive_ff.identify.identification import LogIdentification
 from adaptive_ff.identify.score import Score
 from adaptive_ff.replay.replay import COLD, FIXED, RECORDED, SAVED, Replay
 from adaptive_ff.report.style import INK, MEASURED, Look, Panel, Series, peak_of, picture, write_into
@@ -92,7 +92,9 @@ def _map(found: LogIdentification) -> Figure:
     for kind, look in (("friction", MODEL), ("force", LEFT)):
         parts = {name: found.value(f"{kind}_{name}") for name in place.names}
         if any(parts.values()):
-            curve = sum((value * place.share(name, position) for name, value in parts.items()), np.zeros(position.size))
+            curve = sum(
+                (value * place.fraction(name, position) for name, value in parts.items()), np.zeros(position.size)
+            )
             curves.append((position, curve, {**look, "label": f"{kind} over position"}))
     panel = Panel(f"{Path(found.name).name}: beside its mean ({found.units['torque']})", curves)
     xlabel = f"position ({found.units['velocity'].removesuffix('/s')})"

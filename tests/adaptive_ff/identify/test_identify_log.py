@@ -203,7 +203,7 @@ def test_thirty_thousand_rows_take_a_second():
             "log: the position scatters by 9.96e-07 rad (rms), no more than from one sample to the next: that is noise",
         ),
         ({"torque": np.zeros(15000)}, "log: the torque is 0 all over; it must be that of the drive"),
-        ({"torque": np.full(15000, np.nan)}, "log: no piece of 32 samples is without defect"),
+        ({"torque": np.full(15000, np.nan)}, "log: no segment of 32 samples is without defect"),
         ({"time": np.zeros(15000)}, "log: the time does not go forward in 14999 of 14999 steps"),
     ],
 )

@@ -45,7 +45,7 @@ def test_a_clock_of_few_ticks_tells_the_sample_time_too(rounding):
 
 
 def test_log_of_a_rounded_clock_tells_the_joint():
-    """Nearly the whole log was lost, in pieces of two samples."""
+    """Nearly the whole log was lost, in segments of two samples."""
     log, _ = rounded_clock(2000.0)
     found = identify_log(log)
     assert found.used == log.time.size

@@ -1,4 +1,4 @@
-"""Defects of logs, and the pieces between them."""
+"""Defects of logs, and the segments between them."""
 
 import numpy as np
 import pytest
@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from adaptive_ff import InputError
-from adaptive_ff.logs.defects import Piece, Skipped, runs, usable_pieces
+from adaptive_ff.logs.defects import Skipped, Span, runs, usable_segments
 from adaptive_ff.logs.log import Log
 
 SIZE = 60
@@ -20,22 +20,22 @@ def make_log(**changes):
 
 
 def test_sound_log_is_one_piece():
-    assert usable_pieces(make_log()) == ([Piece(0, SIZE)], [])
+    assert usable_segments(make_log()) == ([Span(0, SIZE)], [])
 
 
 @pytest.mark.parametrize("name", ["time", "torque", "position"])
 @pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
 def test_stretch_without_numbers_is_skipped_and_the_rest_is_used(name, value):
-    pieces, skipped = usable_pieces(make_log(**{name: (slice(20, 25), value)}))
-    assert pieces == [Piece(0, 20), Piece(25, SIZE)]
+    segments, skipped = usable_segments(make_log(**{name: (slice(20, 25), value)}))
+    assert segments == [Span(0, 20), Span(25, SIZE)]
     assert skipped == [Skipped(20, 25, "values that are no finite numbers")]
 
 
 def test_clock_that_jumps_back_cuts_and_skips_nothing():
     log = make_log()
     log.time[30:] -= 0.2
-    pieces, skipped = usable_pieces(log)
-    assert pieces == [Piece(0, 30), Piece(30, SIZE)]
+    segments, skipped = usable_segments(log)
+    assert segments == [Span(0, 30), Span(30, SIZE)]
     assert skipped == [Skipped(30, 30, "the clock jumps back, from 0.29 s to 0.1 s")]
 
 
@@ -43,28 +43,28 @@ def test_clock_that_jumps_back_cuts_and_skips_nothing():
 def test_gap_and_standing_clock_cut(shift, what):
     log = make_log()
     log.time[30:] += shift
-    pieces, skipped = usable_pieces(log)
-    assert pieces == [Piece(0, 30), Piece(30, SIZE)]
+    segments, skipped = usable_segments(log)
+    assert segments == [Span(0, 30), Span(30, SIZE)]
     assert [what in skip.reason for skip in skipped] == [True]
 
 
 def test_jitter_does_not_cut():
     log = make_log()
     log.time[1:-1] += 0.004 * np.sin(np.arange(1, SIZE - 1))
-    assert usable_pieces(log)[0] == [Piece(0, SIZE)]
+    assert usable_segments(log)[0] == [Span(0, SIZE)]
 
 
 def test_short_piece_is_skipped_with_its_length():
-    pieces, skipped = usable_pieces(make_log(torque=([10, 14], np.nan)), shortest=5)
-    assert pieces == [Piece(15, SIZE)] or pieces == [Piece(0, 10), Piece(15, SIZE)]
-    assert Skipped(11, 14, "a piece of 3 samples; 5 are needed") in skipped
+    segments, skipped = usable_segments(make_log(torque=([10, 14], np.nan)), shortest=5)
+    assert segments == [Span(15, SIZE)] or segments == [Span(0, 10), Span(15, SIZE)]
+    assert Skipped(11, 14, "a segment of 3 samples; 5 are needed") in skipped
 
 
 def test_clock_that_never_goes_forward_is_refused():
     log = make_log()
     log.time[:] = 5.0
     with pytest.raises(InputError, match=f"log: the time does not go forward in {SIZE - 1} of {SIZE - 1} steps, first"):
-        usable_pieces(log)
+        usable_segments(log)
 
 
 @pytest.mark.parametrize("order", [slice(None, None, -1), np.random.default_rng(3).permutation(SIZE)])
@@ -74,7 +74,7 @@ def test_samples_out_of_order_are_refused_with_the_first(order):
     place = int(np.argmax(np.diff(mixed.time) < 0.0))
     said = rf"first from [\d.]+ s in sample {place} to [\d.]+ s in sample {place + 1}; times must increase"
     with pytest.raises(InputError, match=said):
-        usable_pieces(mixed)
+        usable_segments(mixed)
 
 
 @given(
@@ -86,12 +86,12 @@ def test_pieces_hold_every_sound_sample_once_and_no_defect(lost, jumps):
     log.torque[lost] = np.nan
     for place, shift in jumps:
         log.time[place:] += shift
-    pieces, skipped = usable_pieces(log, shortest=1)
+    segments, skipped = usable_segments(log, shortest=1)
     used = np.zeros(SIZE, dtype=int)
-    for piece in pieces:
-        used[piece.start : piece.stop] += 1
-        assert np.all(np.diff(log.time[piece.start : piece.stop]) > 0.0)
-        assert np.all(np.isfinite(log.torque[piece.start : piece.stop]))
+    for segment in segments:
+        used[segment.start : segment.stop] += 1
+        assert np.all(np.diff(log.time[segment.start : segment.stop]) > 0.0)
+        assert np.all(np.isfinite(log.torque[segment.start : segment.stop]))
     assert np.array_equal(used, np.isfinite(log.torque))
     assert sum(skip.stop - skip.start for skip in skipped) == len(set(lost))
 
