@@ -29,6 +29,7 @@ from controllers import (
     low_pass_velocity,
     pi_gains,
 )
+from controllers.plausibility import LARGEST_OBSERVED
 from plant.fields import Finite, NonNegative, Positive, Table
 
 STRICT = ConfigDict(frozen=True, extra="forbid", strict=True)
@@ -166,10 +167,11 @@ class Feedback(Table):
         if self.is_auto:
             return self
         proportional, integral = self.gains
-        if not (0.0 < proportional < math.inf and integral < math.inf):
+        if not (0.0 < proportional < LARGEST_OBSERVED and integral < LARGEST_OBSERVED):
+            made = f"inertia = {self.inertia:g} kg m^2 and bandwidth = {self.hertz:g} Hz make" if self.bandwidth else ""
             raise ValueError(
-                f"inertia = {self.inertia:g} kg m^2 and bandwidth = {self.hertz:g} Hz make a proportional gain of "
-                f"{proportional:g} and an integral gain of {integral:g}; both must be finite, the first positive"
+                f"{made or 'there is'} a proportional gain of {proportional:g} and an integral gain of {integral:g}; "
+                f"both must be below {LARGEST_OBSERVED:g}, the first positive"
             )
         return self
 

@@ -112,7 +112,7 @@ def test_bandwidth_that_the_design_refuses_is_answered_with_one_that_it_accepts(
     assert "is not allowed" in refusal(tmp_path, changed(content, "feedback.bandwidth", 1.001 * named))
 
 
-@pytest.mark.parametrize("inertia", [1e308, 1e307])
+@pytest.mark.parametrize("inertia", [1e308, 1e153])
 def test_gains_beyond_floating_point_are_refused(tmp_path, inertia):
     message = refusal(tmp_path, changed(built_in(), "feedback.inertia", inertia))
     assert message.startswith(f"feedback: inertia = {inertia:g} kg m^2 and bandwidth = 10 Hz make a proportional gain")
