@@ -122,9 +122,9 @@ def errors_of(scenario: Scenario, maker: Maker, setup: RunSetup | None = None) -
     return Errors(*(math.sqrt(float(np.mean(part))) for part in (before[begin:], after)))
 
 
-def settled_error(scenario: Scenario, maker: Maker, setup: RunSetup | None = None) -> float:
+def settled_error(scenario: Scenario, maker: Maker) -> float:
     """Return the settled rms error (rad/s) of a controller in the loop of a scenario, infinite where it fails."""
-    period, squares = scenario.joint.solver_period, _squares(scenario, maker, setup)
+    period, squares = scenario.joint.solver_period, _squares(scenario, maker, None)
     return tracking_errors(squares, period, changes=[change.time for change in scenario.change]).settled
 
 
@@ -147,40 +147,26 @@ def plain_pi(scenario: Scenario) -> PI:
     return PI(*scenario.feedback.gains, scenario.sampling.period, delay=scenario.assumed_delay)
 
 
-def find_own_bandwidth(
-    scenario: Scenario,
-    maker: Maker,
-    *,
-    seeds: Sequence[int] = TUNING_SEEDS,
-    progress: Callable[[float], None] | None = None,
-) -> OwnBandwidth:
+def find_own_bandwidth(scenario: Scenario, maker: Maker, seeds: tuple[int, ...] = TUNING_SEEDS) -> OwnBandwidth:
     """Find the bandwidth at which a controller does best, on some seeds of noise and reference.
 
     The scenario's own bandwidth or gains and its seed play no part; ``ArithmeticError`` where every loop fails.
     """
     text = scenario.modified(seed=0).model_dump_json(exclude_unset=True)
-    tried, found = tried_bandwidths(scenario), _errors(text, maker, tuple(seeds), progress)
+    tried = tried_bandwidths(scenario)
     allowed = [True] * len(tried)
-    base = (
-        None if maker is plain_pi else own_bandwidth(tried, _errors(text, plain_pi, tuple(seeds), None), None, allowed)
-    )
-    return own_bandwidth(tried, found, base, allowed)
+    base = own_bandwidth(tried, _errors(text, plain_pi, seeds), None, allowed)
+    return base if maker is plain_pi else own_bandwidth(tried, _errors(text, maker, seeds), base, allowed)
 
 
 @lru_cache(maxsize=256)
-def _errors(
-    text: str, maker: Maker, seeds: tuple[int, ...], progress: Callable[[float], None] | None
-) -> NDArray[np.float64]:
+def _errors(text: str, maker: Maker, seeds: tuple[int, ...]) -> NDArray[np.float64]:
     """Return the errors of a controller on a scenario (JSON), shape (bandwidths, seeds, 2)."""
     scenario = loaded(Scenario.model_validate_json(text))
-    tried, found = tried_bandwidths(scenario), []
+    tried = tried_bandwidths(scenario)
     seeded = [scenario.modified(seed=seed) for seed in seeds]
     runs = [(one, build_setup(with_bandwidth(one, tried[0]))) for one in seeded]
-    for place, bandwidth in enumerate(tried):
-        found.append([errors_of(with_bandwidth(one, bandwidth), maker, setup) for one, setup in runs])
-        if progress is not None:
-            progress((place + 1) / len(tried))
-    return np.array(found)
+    return np.array([[errors_of(with_bandwidth(one, hertz), maker, setup) for one, setup in runs] for hertz in tried])
 
 
 def in_own_loop(scenario: Scenario, maker: Maker) -> Scenario:

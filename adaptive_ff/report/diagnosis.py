@@ -72,23 +72,21 @@ def map_sentences(learnt: LearntMap | None) -> list[str]:
     return said
 
 
-def position_sentence(
-    position: NDArray[np.float64], factor: NDArray[np.float64], periods: Sequence[float], unit: str = "rad"
-) -> str:
+def position_sentence(position: NDArray[np.float64], factor: NDArray[np.float64], periods: Sequence[float]) -> str:
     """Return where friction over its mean rises and falls, and by how much."""
     high, low = int(np.argmax(factor)), int(np.argmin(factor))
     rise, fall = 100.0 * (factor[high] - 1.0), 100.0 * (1.0 - factor[low])
-    repeats = f", and repeats every {periods[0]:.3g} {unit}" if len(periods) == 1 else ""
+    repeats = f", and repeats every {periods[0]:.3g} rad" if len(periods) == 1 else ""
     return (
-        f"Friction depends on position: it rises by {rise:.0f} % at {position[high]:.3g} {unit} and falls by "
-        f"{fall:.0f} % at {position[low]:.3g} {unit}{repeats}."
+        f"Friction depends on position: it rises by {rise:.0f} % at {position[high]:.3g} rad and falls by "
+        f"{fall:.0f} % at {position[low]:.3g} rad{repeats}."
     )
 
 
-def load_sentence(slope: float, unit: str = "N m") -> str:
+def load_sentence(slope: float) -> str:
     """Return by how much friction rises with the known torque."""
     change = "rises" if slope > 0.0 else "falls"
-    return f"Friction {change} by {100.0 * abs(slope):.2g} % for each {unit} of known torque."
+    return f"Friction {change} by {100.0 * abs(slope):.2g} % for each N m of known torque."
 
 
 def diagnosis_table(diagnosis: Diagnosis) -> Table:

@@ -119,9 +119,9 @@ def ratios(base: TrackingErrors, own: TrackingErrors) -> dict[str, float]:
     return found
 
 
-def figures_of(errors: Mapping[str, TrackingErrors], base: str = "pi") -> dict[str, dict[str, float]]:
-    """Return the figures of controllers by name: the settled ``error`` itself, and the ratios to the base."""
-    return {name: {"error": own.settled, **ratios(errors[base], own)} for name, own in errors.items()}
+def figures_of(errors: Mapping[str, TrackingErrors]) -> dict[str, dict[str, float]]:
+    """Return the figures of controllers by name: the settled ``error`` itself, and the ratios to PI."""
+    return {name: {"error": own.settled, **ratios(errors["pi"], own)} for name, own in errors.items()}
 
 
 def _over(top: float, bottom: float) -> float:

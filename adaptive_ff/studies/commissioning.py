@@ -57,13 +57,12 @@ def record(
     limits: MotionLimits,
     *,
     period: float = 10.0,
-    periods: int = PERIODS,
     workers: int | None = 1,
     progress: Callable[[float], None] | None = None,
 ) -> Recording:
     """Find an exciting motion of a period (s) and record some of them on the simulated joint, under the PI loop."""
     motion = exciting_motion(scenario, limits, period=period, workers=workers, progress=progress)
-    plan = with_motion(loop_of(scenario, "pi"), motion.reference.model_dump(), periods * period)
+    plan = with_motion(loop_of(scenario, "pi"), motion.reference.model_dump(), PERIODS * period)
     run = simulate(plan.modified(seed=RECORDED_SEED), "pi")
     return Recording(motion, {"time": run.time, "velocity": run.measured, "torque": run.torque})
 

@@ -53,8 +53,8 @@ TRIAL_SEEDS = tuple(range(101, 107))
 YARDSTICK, GRID = 60.0, 0.02
 """Length of the multisine that intervals are measured by, and step of the grid for its information, s."""
 
-STARTS, ROUNDS = 6, 8
-"""Starts of the search, and trials of each."""
+STARTS, ROUNDS, SEED = 6, 8, 0
+"""Starts of the search, trials of each, and the seed of both."""
 
 BELIEF, LARGEST_RATIO = 0.6, 4.5
 """Fraction of the (logarithmic) ratio of trial and information that the next round takes over, and its largest size."""
@@ -155,7 +155,6 @@ def exciting_motion(
     *,
     period: float = 10.0,
     fastest: float | None = None,
-    seed: int = 0,
     workers: int | None = 1,
     progress: Callable[[float], None] | None = None,
 ) -> Excitation:
@@ -185,13 +184,12 @@ def exciting_motion(
             measure,
             period=period,
             fastest=fraction * fastest,
-            seed=seed,
             trial=trial,
             workers=workers,
             progress=part_of_progress(progress, i, parts),
         )
     best = min(found, key=lambda motion: motion.widest)
-    return polished(joint, limits, best, trial, seed=seed, progress=part_of_progress(progress, parts - 1, parts))
+    return polished(joint, limits, best, trial, progress=part_of_progress(progress, parts - 1, parts))
 
 
 def _trial(loop: Scenario, base: dict[str, float], period: float, motion: Excitation) -> dict[str, float]:
@@ -209,7 +207,6 @@ def find_excitations(
     *,
     period: float = 10.0,
     fastest: float = 2.0,
-    seed: int = 0,
     starts: int = STARTS,
     rounds: int = ROUNDS,
     trial: Trial | None = None,
@@ -224,7 +221,7 @@ def find_excitations(
     """
     search = MotionSearch(joint, limits, period, _check(joint, limits, period, fastest))
     found = run_study(
-        partial(_from_start, search, measure, rounds if trial is not None else 1, trial, seed),
+        partial(_from_start, search, measure, rounds if trial is not None else 1, trial),
         {str(turn): turn for turn in range(starts)},
         ["motion"],
         workers=workers,
@@ -238,12 +235,11 @@ def _from_start(
     measure: Array,
     rounds: int,
     trial: Trial | None,
-    seed: int,
     turn: int,
     names: list[str],
 ) -> Found:
     """Return the best motion of some rounds from one start of the search."""
-    generator = np.random.default_rng([seed, turn])
+    generator = np.random.default_rng([SEED, turn])
     direction = search.plateau_start(generator) if turn % 2 == 0 else search.random_start(generator)
     tried, calibrated = [], measure
     for _ in range(rounds):
@@ -264,7 +260,6 @@ def polished(
     trial: Trial,
     *,
     trials: int = POLISHING,
-    seed: int = 0,
     progress: Callable[[float], None] | None = None,
 ) -> Excitation:
     """Return the best of a motion and of random steps from it, each from the best one so far, by trials alone.
@@ -273,7 +268,7 @@ def polished(
     where one in five is better (the one fifth rule of I. Rechenberg, 1973).
     """
     search = MotionSearch(joint, limits, motion.reference.period, len(motion.reference.sines))
-    generator = np.random.default_rng([seed, trials])
+    generator = np.random.default_rng([SEED, trials])
     best, direction, length = motion, search.direction(motion), FIRST_STEP
     for i in range(trials):
         step = generator.standard_normal(direction.size) * length / math.sqrt(direction.size)

@@ -9,7 +9,6 @@ from concurrent.futures import Executor
 from contextlib import suppress
 from dataclasses import asdict, dataclass
 from functools import partial
-from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -127,6 +126,9 @@ QUANTITIES = {
 }
 """What a sweep reports of each joint: a figure of one controller over that of another."""
 
+WORST = 3
+"""Worst cases that it lists."""
+
 QUANTILES = (0.0, 0.005, 0.05, 0.5, 0.95, 0.995, 1.0)
 
 
@@ -170,7 +172,7 @@ def own_summary(run: list[Outcome], name: str) -> dict[str, Any]:
     return {"failed": len(run) - len(ran), **_quantiles(values)}
 
 
-def summary(outcomes: list[Outcome], seed: int, worst: int = 3) -> dict[str, Any]:
+def summary(outcomes: list[Outcome], seed: int) -> dict[str, Any]:
     """Return the result of a sweep as ``--json`` writes it, with some worst cases by whole-run error against ``pi``."""
     run = [outcome for outcome in outcomes if not outcome.refused]
     values = {outcome.draw: quantities(outcome) for outcome in run}
@@ -191,6 +193,6 @@ def summary(outcomes: list[Outcome], seed: int, worst: int = 3) -> dict[str, Any
                 **values[outcome.draw],
                 "controllers": {name: asdict(metrics) for name, metrics in outcome.metrics.items()},
             }
-            for outcome in islice(ranked, worst)
+            for outcome in ranked[:WORST]
         ],
     }

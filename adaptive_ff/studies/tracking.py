@@ -1,12 +1,11 @@
 """Controllers against PI on a scenario, over draws of the noise."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
 
 from adaptive_ff.comparison.comparison import BASELINE
-from adaptive_ff.comparison.own import Own
 from adaptive_ff.comparison.reference_lines import run_by_name
 from adaptive_ff.comparison.run import Run
 from adaptive_ff.scenario.scenario import Scenario
@@ -28,9 +27,7 @@ Figures = dict[str, float]
 """Figures of a controller by name."""
 
 
-def track_scenario(
-    scenario: Scenario, controllers: Sequence[str], *, draws: int = 1, own: Mapping[str, Own] | None = None
-) -> dict[str, Figures]:
+def track_scenario(scenario: Scenario, controllers: Sequence[str], *, draws: int = 1) -> dict[str, Figures]:
     """Run controllers, ``noise_floor`` included, on a scenario over draws of the noise, and compare them with PI.
 
     The seed gives the reference and the first draw; without noise one draw is all. By controller: ``error``, its
@@ -40,16 +37,14 @@ def track_scenario(
     be made for the scenario has none.
     """
     setups = list(noisy_setups(scenario, draws))
-    base, variation, _ = _pooled(scenario, BASELINE, setups, own)
+    base, variation, _ = _pooled(scenario, BASELINE, setups)
     found: dict[str, Figures] = {}
     for name in controllers:
         try:
-            errors, varied, rest = _pooled(scenario, name, setups, own)
+            errors, varied, rest = _pooled(scenario, name, setups)
         except ArithmeticError:
             errors, varied, rest = failed(base), float("inf"), None
         except ValueError:
-            if own and name in own:
-                raise
             found[name] = {}
             continue
         found[name] = {"error": errors.settled, **ratios(base, errors)}
@@ -71,11 +66,9 @@ def noisy_setups(scenario: Scenario, draws: int) -> Iterator[RunSetup]:
             yield setup._replace(noise=noise, held=held)
 
 
-def _pooled(
-    scenario: Scenario, name: str, setups: list[RunSetup], own: Mapping[str, Own] | None
-) -> tuple[TrackingErrors, float, float | None]:
+def _pooled(scenario: Scenario, name: str, setups: list[RunSetup]) -> tuple[TrackingErrors, float, float | None]:
     """Return the errors over all draws, and torque variation (N m) and range at standstill (rad/s) of the first."""
-    runs = [run_by_name(scenario, name, setup, own, thin=1) for setup in setups]
+    runs = [run_by_name(scenario, name, setup, thin=1) for setup in setups]
     first = runs[0]
     rest = standstill_range(first.solver_time, first.reference, first.velocity)
     return pooled(map(run_errors, runs)), first.metrics.torque_variation, rest

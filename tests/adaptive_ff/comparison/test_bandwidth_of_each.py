@@ -65,7 +65,7 @@ def test_error_at_a_bandwidth_is_that_of_a_run(position):
     given = scenario.modified(feedback={"bandwidth": 4.0})
     expected = simulate(given, "pi").metrics.rms_error_settled
     assert settled_error(with_bandwidth(scenario, 4.0), CONTROLLERS["pi"]) == pytest.approx(expected, rel=1e-9)
-    found = find_own_bandwidth(scenario, CONTROLLERS["pi"], seeds=[1])
+    found = find_own_bandwidth(scenario, CONTROLLERS["pi"], seeds=(1,))
     run = simulate(loaded(scenario.modified(feedback={"bandwidth": found.bandwidths[2]})), "pi")
     assert run.scenario.change[0].time == 3.0
     squares = (run.reference - run.velocity) ** 2

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from adaptive_ff import load_scenario, simulate
+from adaptive_ff.comparison.registry import CONTROLLERS
 from adaptive_ff.simulation.metrics import rms
 from adaptive_ff.studies.tracking import noisy_setups, run_errors, track_scenario
 
@@ -45,17 +46,18 @@ def test_pi_against_itself_is_one_everywhere_and_a_better_controller_is_better()
     assert found["noise_floor"]["error"] < found["oracle"]["error"]
 
 
-def test_a_loop_that_does_not_stay_finite_is_infinitely_worse(tmp_path):
-    file = tmp_path / "runaway.py"
-    file.write_text(
-        "class Runaway:\n"
-        "    calls = 0\n"
-        "    def step(self, reference, velocity, **others):\n"
-        "        self.calls += 1\n"
-        "        return 10.0**self.calls if self.calls < 300 else 0.0\n"
-    )
+class Runaway:
+    calls = 0
+
+    def step(self, reference, velocity):
+        self.calls += 1
+        return 10.0**self.calls if self.calls < 300 else 0.0
+
+
+def test_a_loop_that_does_not_stay_finite_is_infinitely_worse(monkeypatch):
+    monkeypatch.setitem(CONTROLLERS, "runaway", lambda _: Runaway())
     scenario = load_scenario().modified(duration=5.0, actuator={"torque_limit": 1e300})
-    found = track_scenario(scenario, ["runaway"], own={"runaway": f"{file}:Runaway"})["runaway"]
+    found = track_scenario(scenario, ["runaway"])["runaway"]
     assert (found["settled"], found["window"]) == (0.0, float("inf"))
 
 
