@@ -225,19 +225,8 @@ def ranking_table(cells: Cells, title: str) -> Table:
             if ours is not None:
                 gains = [ours.median_gain, float(ours.gain.min()), float(ours.gain.max())]
             limits = [_over(row, line) for line in (TUNED_TRUTH, NOISE_FLOOR)]
-            rows.append(
-                [
-                    f"  {scenario}",
-                    row[BASELINE].median,
-                    floor,
-                    *gains,
-                    *limits,
-                    other,
-                    row[other].median_gain,
-                    word,
-                    ratio,
-                ]
-            )
+            best: list[Cell] = [other, row[other].median_gain, word, ratio]
+            rows.append([f"  {scenario}", row[BASELINE].median, floor, *gains, *limits, *best])
     return table(title, rows, columns)
 
 
