@@ -20,6 +20,7 @@ from pydantic import BaseModel
 import adaptive_ff
 import controllers
 import plant
+from adaptive_ff import baselines
 
 MODEL = plant.JointModel(inertia=20.0, coulomb=60.0, stiction=90.0, viscous=80.0, stribeck_velocity=0.05)
 SHORT = adaptive_ff.load_scenario().modified(duration=10.0, controllers=["pi"])
@@ -38,6 +39,7 @@ VALUES = {
     **{"acceleration_walk": 10.0, "velocity_noise": 0.002, "disturbance_walk": 10.0, "friction_slope": 1.0},
     **{"torque": 1.0, "reference": 0.1, "velocity": 0.0, "planned": 0.1, "position": 0.1, "duration": 0.01},
     **{"stribeck_velocity": 0.05, "stribeck_shape": 1.0, "solver_period": 0.001, "confidence": 0.95},
+    **{"dead_zone": 0.05, "stiffness": 1e5, "rate": 1.0, "cycle": 5},
     **{"filter_pole": 30.0, "slowest": 0.01, "hold": 0.1},
 }
 """Plausible values by the names of arguments."""
@@ -97,6 +99,9 @@ ACCEPTED = {
     "controllers.Controller.step": dict.fromkeys(("velocity", "position", "realised_torque"), LOST),
     "controllers.loop_systems": {"proportional": SIGNS, "integral": SIGNS},
     "adaptive_ff.AdaptiveController": {"torque_limit": (math.inf,)},
+    **{f"adaptive_ff.baselines.{name}": {"compensated": (0,)} for name in baselines.__all__ if "Canudas" in name},
+    "adaptive_ff.baselines.LearntFeedforward": {"lag": (0,)},
+    "adaptive_ff.baselines.Repetitive": {**GAIN, "cycle": (0,), "lead": (0,)},
 }
 """Where what is not finite, or has no other sign, has a meaning of its own."""
 
@@ -105,6 +110,7 @@ BEYOND = {
     "confidence": (1.0, 95.0),
     "held_out": (1.0,),
     "delay": (10.5,),
+    "compensated": (1.1,),
 }
 """What lies beyond a limit of its own."""
 
@@ -177,7 +183,7 @@ def kind_of(annotation):
 def arguments():
     """Kinds of the arguments of everything public, by name; kernels, which take records, apart."""
     found = {}
-    for package in (plant, controllers, adaptive_ff):
+    for package in (plant, controllers, adaptive_ff, baselines):
         for name, function in public(package):
             given = [one for one in inspect.signature(function).parameters.values() if one.name != "self"]
             given = [one for one in given if one.kind not in (one.VAR_POSITIONAL, one.VAR_KEYWORD)]

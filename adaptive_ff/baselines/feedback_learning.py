@@ -31,7 +31,7 @@ adaptive control" (Neural Networks, 2004) for the condition of stability.
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from itertools import pairwise
 from typing import Any, NamedTuple
 
@@ -42,7 +42,7 @@ from adaptive_ff.friction.feedforward import FeedforwardState, coming_plan, step
 from adaptive_ff.friction.identifying import IdentifyingController
 from adaptive_ff.friction.model import ESTIMATED, TorqueModel
 from controllers.arrays import MutableArray, NDArray
-from controllers.checks import check_positive
+from controllers.checks import check_positive, checked_array
 from controllers.declaration import argument, as_given, begin, controller, derived, not_negative, positive
 from controllers.loops import DesignedLoop
 from controllers.pi import PIParameters, PIState, asked_torque, feed_back, plausible_inputs
@@ -205,14 +205,11 @@ class FeedbackErrorLearning(DesignedLoop, IdentifyingController):
         """Return features, their units, and the rate and the lags that are chosen where none are given."""
         response = self.inertia / self.proportional
         rate = RATE / response if self.rate is None else self.rate
-        lags = [lag * response for lag in LAGS] if self.lags is None else [float(lag) for lag in self.lags]
+        given = [lag * response for lag in LAGS] if self.lags is None else self.lags
+        lags = _ascending("lags", given, lambda lag: 0.0 <= lag < math.inf, "finite, not negative")
         check_positive(rate=rate)
-        if not lags or not all(0.0 <= lag < math.inf for lag in lags):
-            raise ValueError(
-                f"lags = {self.lags} is not allowed: there must be one at least, none negative, all finite"
-            )
-        if any(later <= earlier for earlier, later in pairwise(lags)):
-            raise ValueError(f"lags = {self.lags} is not allowed: they must ascend strictly")
+        if not lags:
+            raise ValueError("lags = [] is not allowed: there must be one at least")
         torque = self.proportional * self.stribeck_velocity
         scale = [self.inertia, VISCOUS_SHARE * self.proportional, torque, *2 * len(lags) * [torque]]
         return {
@@ -342,15 +339,15 @@ class LearntFeedforward(DesignedLoop):
 
     def derive(self) -> dict[str, Any]:
         """Return the features' parameters and the units of their weights."""
-        _check_ascending("reaches", self.reaches, 0.0)
-        _check_ascending("centres", self.centres, -math.inf)
-        if len(self.centres) == 1:
+        reaches = _ascending("reaches", self.reaches, lambda reach: 0.0 < reach < math.inf, "finite, positive")
+        centres = _ascending("centres", self.centres, math.isfinite, "finite")
+        if len(centres) == 1:
             raise ValueError(f"centres = {self.centres} is not allowed: there must be two at least, or none")
-        places = np.arcsinh(np.array(self.centres, dtype=float))
+        places = np.arcsinh(np.array(centres, dtype=float))
         torque = self.proportional * self.stribeck_velocity
-        friction = (len(self.reaches) + len(self.centres)) * [torque]
+        friction = (len(reaches) + len(centres)) * [torque]
         return {
-            "stops": np.array(self.reaches, dtype=float),
+            "stops": np.array(reaches, dtype=float),
             "places": places,
             "width": float(np.mean(np.diff(places))) if places.size else 1.0,
             "scale": np.array([self.inertia, VISCOUS_FRACTION * self.proportional, torque, *friction]),
@@ -358,7 +355,10 @@ class LearntFeedforward(DesignedLoop):
         }
 
 
-def _check_ascending(name: str, values: Sequence[float], above: float) -> None:
-    if not all(above < value < math.inf for value in values) or any(b <= a for a, b in pairwise(values)):
-        bound = "finite" if math.isinf(above) else "finite and positive"
-        raise ValueError(f"{name} = {list(values)} is not allowed: they must be {bound} and ascend strictly")
+def _ascending(name: str, values: Sequence[float], holds: Callable[[float], bool], allowed: str) -> list[float]:
+    """Return numbers of which a condition holds and which ascend strictly."""
+    array = checked_array(name, values)
+    found: list[float] = array.tolist() if array.ndim == 1 else [math.nan]
+    if not all(map(holds, found)) or any(later <= earlier for earlier, later in pairwise(found)):
+        raise ValueError(f"{name} = {values} is not allowed: they must be {allowed} and ascend strictly")
+    return found

@@ -16,7 +16,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from controllers.arrays import MutableArray
-from controllers.declaration import argument, as_given, begin, controller, portion, positive
+from controllers.checks import check_finite
+from controllers.declaration import argument, begin, controller, portion, positive
 from controllers.loops import PILoop
 from controllers.pi import PIState, feed_back, plausible_inputs
 from controllers.registry import Inputs, Output, with_feedforward
@@ -54,20 +55,25 @@ def step_repetitive(parameters: "Repetitive", state: RepetitiveState, inputs: In
     return output, RepetitiveState(feedback, state.memory, fed_back, state.past, place, inputs.reference, state.enabled)
 
 
+def count(name: str, value: Any) -> int:
+    """Check that a number counts something."""
+    check_finite(**{name: value})
+    if value < 0 or value != int(value):
+        raise ValueError(f"{name} = {value} is not allowed: it must be a whole number, zero or more")
+    return int(value)
+
+
 @controller(step_repetitive, RepetitiveState)
 class Repetitive(PILoop):
     """``u = PI(e) + J dr/dt + m``, ``m(p) += gain (Q u_fb)(p + lead)``: repetitive learning of a periodic motion."""
 
     inertia: float = argument(positive, "Inertia fed forward, kg m^2.")
-    cycle: int = argument(as_given, "Samples in a period of the motion; zero where it has none and nothing is learnt.")
-    lead: int = argument(as_given, "Samples by which learning leads, less than the cycle.", default=1)
+    cycle: int = argument(count, "Samples in a period of the motion; zero where it has none and nothing is learnt.")
+    lead: int = argument(count, "Samples by which learning leads, less than the cycle.", default=1)
     gain: float = argument(portion, "Fraction of the feedback torque that is learnt in a period.", default=0.3)
 
     def derive(self) -> dict[str, Any]:
-        """Return cycle and lead, which must fit one another."""
-        cycle, lead = self.cycle, self.lead
-        if cycle < 0 or (cycle > 0 and not 0 <= lead < cycle):
-            raise ValueError(
-                f"cycle = {cycle}, lead = {lead} is not allowed: both count samples, the lead less than the cycle"
-            )
-        return {"cycle": int(cycle), "lead": int(lead)}
+        """Return nothing; cycle and lead must fit one another."""
+        if 0 < self.cycle <= self.lead:
+            raise ValueError(f"lead = {self.lead} is not allowed: it must be less than the cycle, {self.cycle}")
+        return {}

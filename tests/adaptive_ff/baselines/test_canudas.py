@@ -168,24 +168,6 @@ def test_it_follows_a_real_joint_better_than_pi():
     assert errors["canudas_measured"] < 0.9 * errors["pi"]
 
 
-@DIRECTED
-@pytest.mark.parametrize(
-    "wrong",
-    [
-        {"compensated": 1.1},
-        {"compensated": -0.1},
-        {"compensated": math.nan},
-        {"dead_zone": 0.0},
-        {"memory": -1.0},
-        {"inertia": math.inf},
-    ],
-    ids=str,
-)
-def test_wrong_values_are_refused_by_name(controller, wrong):
-    with pytest.raises(ValueError, match=f"{next(iter(wrong))} = "):
-        controller(*GAINS, PERIOD, **{"inertia": 20.0, "dead_zone": 0.01, **wrong})
-
-
 @pytest.mark.parametrize("name", ["canudas", "canudas_measured"])
 def test_memory_that_a_scenario_tells_reaches_the_controller(name):
     def memory(scenario):

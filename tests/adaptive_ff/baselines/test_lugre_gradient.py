@@ -98,9 +98,3 @@ def test_nothing_is_learnt_where_the_drive_refused_or_the_measurement_is_lost(gi
     assert np.array_equal(controller.state.parameters, before)
     controller.step(PLAN[21], 0.0, next_reference=PLAN[22])
     assert not np.array_equal(controller.state.parameters, before)
-
-
-@pytest.mark.parametrize("name", ["stiffness", "rate", "floor", "inertia", "stribeck_velocity", "stribeck_shape"])
-def test_wrong_setting_is_refused_and_named(name):
-    with pytest.raises(ValueError, match=f"{name} = 0.0 is not allowed"):
-        LuGreGradient(*GAINS, PERIOD, **{**ASSUMED, name: 0.0})
