@@ -74,7 +74,7 @@ class Gate:
             raise InputError(
                 f"seeds = {seeds} is not allowed: the baseline is of {there}; run as many, or make a new one"
             )
-        self._baseline, self._axis, self._all = baseline, scenario.joint.axis, not controllers
+        self._baseline, self._axis, self._all = baseline, scenario.joint.axis, controllers is None
         self._fractions = self._read_tolerances(tolerance)
         self.controllers = self._guarded_controllers(controllers)
         self.metrics = self._guarded_metrics(metrics)
