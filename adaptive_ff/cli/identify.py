@@ -74,10 +74,10 @@ def identify_command(
 ) -> None:
     """Identify inertia and friction of a joint from a recorded log."""
     from adaptive_ff.identify.identification import identify_log
-    from adaptive_ff.identify.simulators import ENDINGS, SIMULATORS
+    from adaptive_ff.identify.simulators import ENDINGS
     from adaptive_ff.report.log_pictures import PICTURES
 
-    simulators = named_parts(write, tuple(SIMULATORS), "--write {name} is not known; allowed: {known}")
+    simulators = named_parts(write, tuple(ENDINGS), "--write {name} is not known; allowed: {known}")
     constant, linear = columns.torque_constant, regression.linear
     taken = chosen_columns(log, columns, linear=linear, voltage=voltage, resistance=resistance)
     given, other = taken.read(log), None if validate is None else taken.read(validate)

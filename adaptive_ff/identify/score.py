@@ -6,7 +6,7 @@ simulates the position of the other, and the root mean square of the error count
 """
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -15,7 +15,6 @@ from adaptive_ff.errors import InputError
 from adaptive_ff.identify.identification import LogIdentification, identify_log
 from adaptive_ff.identify.motion import Array, derivative, lowpass
 from adaptive_ff.identify.preparation import prepare
-from adaptive_ff.identify.result import ASYMMETRY
 from adaptive_ff.logs.log import Log, check_log
 from adaptive_ff.reported import Reported
 from controllers import compiled
@@ -35,14 +34,14 @@ class OpenLoop(NamedTuple):
 
     inertia: float
     coulomb: float
-    excess: float
+    stiction_excess: float
     stribeck_velocity: float
     viscous: float
-    asymmetry: float
+    viscous_asymmetry: float
     offset: float
     gravity_sine: float
     gravity_cosine: float
-    lag: float
+    friction_lag: float
 
 
 @compiled
@@ -54,40 +53,26 @@ def _follow(model: OpenLoop, torque: Array, start: Array, period: float, length:
         if k % length == 0:
             place, speed = start[0, k], start[1, k]
             friction = 0.0
-            if speed > 0.0:
-                friction = model.coulomb
-            elif speed < 0.0:
-                friction = -model.coulomb
+            if speed != 0.0:
+                friction = math.copysign(model.coulomb, speed)
         position[k] = place
         pull = model.gravity_sine * math.sin(place) + model.gravity_cosine * math.cos(place)
         slow = 0.0
-        if model.excess != 0.0:
+        if model.stiction_excess != 0.0:
             slow = math.exp(-abs(speed) / model.stribeck_velocity)
-        dry = max(0.0, model.coulomb + model.excess * slow)
-        drive = torque[k] - model.offset - pull - model.asymmetry * abs(speed)
-        if model.lag > 0.0:
-            fraction = period / (model.lag + period)
-            towards = 0.0
-            free = (model.inertia * speed + period * (drive - (1.0 - fraction) * friction)) / (
-                model.inertia + period * model.viscous
-            )
-            bound = period * fraction * dry / (model.inertia + period * model.viscous)
-            if free > bound:
-                towards, speed = dry, free - bound
-            elif free < -bound:
-                towards, speed = -dry, free + bound
-            else:
-                towards, speed = dry * free / max(bound, 1e-300), 0.0
-            friction = friction + fraction * (towards - friction)
+        dry = max(0.0, model.coulomb + model.stiction_excess * slow)
+        drive = torque[k] - model.offset - pull - model.viscous_asymmetry * abs(speed)
+        fraction = period / (model.friction_lag + period)
+        mass = model.inertia + period * model.viscous
+        free = (model.inertia * speed + period * (drive - (1.0 - fraction) * friction)) / mass
+        bound = period * fraction * dry / mass
+        towards = dry * free / max(bound, 1e-300)
+        if abs(free) > bound:
+            towards = math.copysign(dry, free)
+            speed = free - math.copysign(bound, free)
         else:
-            free = (model.inertia * speed + period * drive) / (model.inertia + period * model.viscous)
-            bound = period * dry / (model.inertia + period * model.viscous)
-            if free > bound:
-                speed = free - bound
-            elif free < -bound:
-                speed = free + bound
-            else:
-                speed = 0.0
+            speed = 0.0
+        friction = friction + fraction * (towards - friction)
         place += period * speed
 
 
@@ -149,18 +134,9 @@ class Score(Reported):
 
     def to_dict(self) -> dict[str, Any]:
         """Return everything but the series as plain values."""
-        names = (
-            "trained",
-            "tested",
-            "rms",
-            "fit",
-            "windows",
-            "moved",
-            "training_rms",
-            "training_windows",
-            "torque_left",
-        )
-        result: dict[str, Any] = {name: getattr(self, name) for name in names}
+        apart = ("found", "time", "measured", "simulated", "cautions")
+        result: dict[str, Any] = {"trained": self.trained}
+        result |= {one.name: getattr(self, one.name) for one in fields(self) if one.name not in apart}
         result |= {"verdict": self.grade, "unit": "m" if self.linear else "rad", "warnings": self.cautions}
         return result | {"model": self.found.best.values, "identification": self.found.to_dict()}
 
@@ -226,13 +202,6 @@ class _Simulated(NamedTuple):
     moved: float
 
 
-def open_loop(found: LogIdentification) -> OpenLoop:
-    """Return the best model as the simulation takes it; a path over which friction turns is left out."""
-    names = ("inertia", "coulomb", "stiction_excess", "stribeck_velocity", "viscous", ASYMMETRY, "offset")
-    values = [found.value(name) for name in (*names, "gravity_sine", "gravity_cosine", "friction_lag")]
-    return OpenLoop(*values)
-
-
 def _simulated(found: LogIdentification, log: Log, delay: float | None, *, linear: bool) -> _Simulated:
     prepared = prepare(log, bandwidth=None, torque_delay=delay, linear=linear)
     segment = max(prepared.segments, key=lambda one: one.position.size)
@@ -245,7 +214,7 @@ def _simulated(found: LogIdentification, log: Log, delay: float | None, *, linea
     smooth = lowpass(prepared.band, segment.period)(segment.position)
     velocity = np.interp(grid, time, derivative(smooth, segment.period))
     start = np.vstack([np.interp(grid, time, segment.position), velocity])
-    model = open_loop(found)
+    model = OpenLoop(*(found.value(name) for name in OpenLoop._fields))  # a path is left out
     results = []
     for length in (grid.size, max(1, round(WINDOW / step))):
         simulated = np.empty(grid.size)

@@ -11,7 +11,7 @@ from adaptive_ff import AdaptiveController, InputError, TorqueModel, identify_lo
 from adaptive_ff.files import write_csv
 from adaptive_ff.identify.scenario_text import reference_columns, scenario_text
 from adaptive_ff.identify.score import score_log
-from adaptive_ff.identify.simulators import SIMULATORS
+from adaptive_ff.identify.simulators import ENDINGS
 from adaptive_ff.logs.log import Log
 from controllers import PI
 
@@ -134,7 +134,7 @@ def test_written_joint_moves_as_the_log_does(of_mujoco, kind, tmp_path):
     assert np.sqrt(np.mean((simulated - log.position[part]) ** 2)) < 0.05 * moved
 
 
-@pytest.mark.parametrize("kind", SIMULATORS)
+@pytest.mark.parametrize("kind", ENDINGS)
 def test_every_simulator_names_what_it_does_not_express(kind):
     log, _ = sines_log(lambda q, w: np.sign(w) * (0.8 + 0.6 * np.exp(-np.abs(w) / 0.3)) + 0.5)
     text = identify_log(log).simulator(kind, gear_ratio=2.0)
