@@ -21,7 +21,7 @@ def workers(scheduler: str | None) -> Iterator[Executor | None]:
     try:
         import distributed
     except ImportError as error:
-        raise InputError(f"--scheduler = {scheduler} needs the extra: pip install 'adaptive-ff[cluster]'") from error
+        raise InputError(f"--scheduler = {scheduler} takes the package distributed: pip install distributed") from error
     try:
         asyncio.run(_call(distributed, scheduler))
         make: Any = distributed.Client

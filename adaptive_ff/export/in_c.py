@@ -149,7 +149,7 @@ def run_in_c(controller: Controller, *, single: bool = False) -> Any:
     try:
         import cffi  # noqa: F401
     except ImportError as error:
-        raise InputError("cffi is not installed; pip install adaptive-ff[in-c]") from error
+        raise InputError("cffi is not installed: pip install cffi") from error
     export = Export(controller, PREFIX, single)
     declared = header(export)
     own = export.copy()

@@ -146,7 +146,7 @@ def _are_structs(value: Any) -> bool:
 
 def _read_hdf5(path: Path, wanted: Collection[str], *, transposed: bool = False) -> Content:
     """Read datasets of an HDF5 file; those in a group are named GROUP.DATASET, those of compounds DATASET.FIELD."""
-    h5py = _library("h5py", "hdf5", path)
+    h5py = _library("h5py", path)
     with h5py.File(path, "r") as file:
         sets: dict[str, Any] = {}
         file.visititems(
@@ -167,7 +167,7 @@ def _holds_numbers(series: _Series) -> bool:
 
 
 def _read_parquet(path: Path, wanted: Collection[str]) -> Content:
-    parquet = _library("pyarrow.parquet", "parquet", path)
+    parquet = _library("pyarrow.parquet", path)
     with parquet.ParquetFile(path) as file:
         rows, names = file.metadata.num_rows, file.schema_arrow.names
         table = file.read(columns=[name for name in wanted if name in names])
@@ -188,22 +188,22 @@ def _parquet_column(column: Any) -> NDArray[Any]:
 
 
 def _read_mcap(path: Path, wanted: Collection[str]) -> Content:
-    reader, ros2 = (_library(name, "mcap", path) for name in ("mcap.reader", "mcap_ros2.decoder"))
+    reader, ros2 = (_library(name, path) for name in ("mcap.reader", "mcap_ros2.decoder"))
     return Content(*read_mcap(path, wanted, reader, ros2))
 
 
 def _read_bag(path: Path, wanted: Collection[str]) -> Content:
-    anyreader, typesys = (_library(name, "rosbags", path) for name in ("rosbags.highlevel", "rosbags.typesys"))
+    anyreader, typesys = (_library(name, path) for name in ("rosbags.highlevel", "rosbags.typesys"))
     return Content(*read_bag(path, wanted, anyreader, typesys))
 
 
-def _library(name: str, extra: str, path: Path) -> Any:
+def _library(name: str, path: Path) -> Any:
     try:
         return importlib.import_module(name)
     except ImportError as error:
-        package = name.partition(".")[0]
+        package = name.partition(".")[0].replace("mcap_ros2", "mcap-ros2-support")
         raise InputError(
-            f"{path}: to read it takes {package}, which is not installed; pip install 'adaptive-ff[{extra}]'"
+            f"{path}: to read it takes {package}, which is not installed: pip install {package}"
         ) from error
 
 

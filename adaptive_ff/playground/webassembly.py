@@ -42,7 +42,7 @@ def webassembly(runs: Mapping[str, tuple[Any, ...]]) -> bytes:
         The package ``ziglang`` is not installed.
     """
     if importlib.util.find_spec("ziglang") is None:
-        raise InputError("a page needs the package ziglang: pip install 'adaptive-ff[playground]'")
+        raise InputError("a page takes the package ziglang: pip install ziglang")
     unit = library_unit()
     texts = []
     for name, arguments in runs.items():

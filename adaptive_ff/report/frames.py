@@ -52,4 +52,4 @@ def _imported(name: str) -> ModuleType:
     try:
         return __import__(name)
     except ImportError as error:
-        raise InputError(f"{name} is not installed; pip install 'adaptive-ff[pandas]' brings it") from error
+        raise InputError(f"{name} is not installed: pip install {name}") from error

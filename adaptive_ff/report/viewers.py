@@ -124,9 +124,7 @@ def write_mcap(file: Path, result: Any) -> None:
     try:
         writing = importlib.import_module("mcap.writer")
     except ImportError as error:
-        raise InputError(
-            f"{file}: to write it takes mcap, which is not installed; pip install 'adaptive-ff[mcap]'"
-        ) from error
+        raise InputError(f"{file.name}: to write it takes mcap, which is not installed: pip install mcap") from error
     with file.open("wb") as stream:
         writer = writing.Writer(stream)
         writer.start(profile="", library="adaptive-ff")
