@@ -16,7 +16,7 @@ from controllers.kernels.compiler import NoCompiler
 from controllers.native import Native, NativeParameters, bound_step, declined, empty_exchange, fast_step
 from controllers.plausibility import BRIDGED, largest_torque
 from controllers.registry import Inputs, Output, planned_inputs, step, write_estimates
-from controllers.saved_state import check_it_goes_on, restored, saved_text
+from controllers.saved_state import check_feedback, check_it_goes_on, restored, saved_text
 
 
 class Controller:
@@ -324,7 +324,7 @@ class Controller:
             return
         at_rest = self._initial_state(self.parameters)
         with suppress(NoCompiler):
-            native = Native(self.parameters, at_rest)  # kept: the block holds addresses only
+            native = Native(self.parameters, at_rest)  # kept: what stands for it holds addresses only
             bound_step(native.addresses)(*planned_inputs(0.0, 0.0, 0.0, 0.0, self.period))
             fast_step([native.addresses], native.addresses.exchange, self.period, together=False)
 
@@ -358,18 +358,8 @@ class Controller:
 
     def _check_state(self, state: Any) -> None:
         """Raise ``ValueError`` where a restored state is none that the controller could have come to."""
-        feedback = feedback_state(state)
-        if not 0 <= feedback.rejected <= feedback.samples or feedback.guard.faults < 0 or feedback.guard.lost < 0.0:
-            raise ValueError(
-                f"state.feedback is not allowed: samples = {feedback.samples}, rejected = {feedback.rejected}, "
-                f"faults = {feedback.guard.faults} and lost = {feedback.guard.lost} must be counts of one run"
-            )
-        largest = largest_torque(feedback_state(self.parameters).proportional, feedback_state(self.parameters).integral)
-        for torque in (feedback.integral, *feedback.commands):
-            if abs(torque) > largest:
-                raise ValueError(
-                    f"state.feedback: torque = {torque} N m is not allowed: at most {largest:g} is plausible"
-                )
+        gains = feedback_state(self.parameters)
+        check_feedback(feedback_state(state), largest_torque(gains.proportional, gains.integral))
 
     def run_uncompiled(self) -> Self:
         """Make this controller step in plain Python, for debugging; returns itself."""

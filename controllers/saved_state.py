@@ -96,6 +96,18 @@ def _is_definite(matrix: Any, least: float) -> bool:
     return bool(np.linalg.eigvalsh(matrix / np.outer(units, units))[0] > least)
 
 
+def check_feedback(feedback: Any, largest: float) -> None:
+    """Raise ``ValueError`` where a feedback has counts of no run, or a torque (N m) beyond the largest."""
+    if not 0 <= feedback.rejected <= feedback.samples or feedback.guard.faults < 0 or feedback.guard.lost < 0.0:
+        raise ValueError(
+            f"state.feedback is not allowed: samples = {feedback.samples}, rejected = {feedback.rejected}, "
+            f"faults = {feedback.guard.faults} and lost = {feedback.guard.lost} must be counts of one run"
+        )
+    for torque in (feedback.integral, *feedback.commands):
+        if abs(torque) > largest:
+            raise ValueError(f"state.feedback: torque = {torque} N m is not allowed: at most {largest:g} is plausible")
+
+
 def check_it_goes_on(state: Any, step: Callable[[Any], tuple[Any, Any]]) -> None:
     """Try a few steps on a copy of a state."""
     tried = copy.deepcopy(state)

@@ -38,20 +38,21 @@ class InC:
     def __init__(self, controller: Controller, library: Path, declarations: str, single: bool) -> None:
         import cffi
 
-        set_own = super().__setattr__
         ffi = cffi.FFI()
         ffi.cdef(declarations)
-        set_own("_ffi", ffi)
-        set_own("_library", ffi.dlopen(str(library)))
-        set_own("_handle", ffi.new(f"{PREFIX}_Controller *"))
-        set_own("_inputs", ffi.new(f"{PREFIX}_Inputs *"))
-        set_own("_output", ffi.new(f"{PREFIX}_Output *"))
-        set_own("_controller", controller)
-        set_own("_buffer", ffi.new("unsigned char[]", len(state_to_bytes(controller, single=single))))
-        set_own("_single", single)
+        self.__dict__.update(  # not by setting attributes, which are the controller's
+            _ffi=ffi,
+            _library=ffi.dlopen(str(library)),
+            _handle=ffi.new(f"{PREFIX}_Controller *"),
+            _inputs=ffi.new(f"{PREFIX}_Inputs *"),
+            _output=ffi.new(f"{PREFIX}_Output *"),
+            _controller=controller,
+            _buffer=ffi.new("unsigned char[]", len(state_to_bytes(controller, single=single))),
+            _single=single,
+            step=controller.step,
+        )
         self._library.controller_init(self._handle)
-        set_own("step", controller.step)
-        set_own("_in_c", self._computing())
+        self.__dict__["_in_c"] = self._computing()
         self._step_in_c()
 
     def _computing(self) -> Any:

@@ -11,7 +11,7 @@ from pydantic import ValidationError
 from scipy.integrate import solve_ivp
 from stepped_joint import run
 
-from plant import LuGreJoint, LuGreParameters, LuGreState, Stribeck, initial_state, step_lugre
+from plant import LuGreJoint, LuGreState, initial_state, step_lugre
 from plant.lugre import steepest_fall_in_a_step
 
 FIELDS = {
@@ -245,9 +245,3 @@ def test_damping_that_would_let_friction_give_energy_is_refused():
     with pytest.raises(ValidationError, match="it must be at most"):
         LuGreJoint(**FIELDS, damping=0.9999 * most, coulomb_backward=59.0, solver_period=1e-4)
     assert LuGreJoint(**{**FIELDS, "stiffness": 1e7}, solver_period=1e-5).parameters.damping == pytest.approx(most)
-
-
-def test_parameters_are_handed_to_the_step_unchanged():
-    curve = Stribeck(60.0, 90.0, 80.0, 0.05, 1.0)
-    model = LuGreJoint(**FIELDS, damping=300.0, offset=-2.0, viscous_backward=90.0)
-    assert model.parameters == LuGreParameters(20.0, curve, curve._replace(viscous=90.0), -2.0, 1e5, 300.0)
