@@ -60,7 +60,6 @@ from .position_loop import PositionLoopState as PositionLoopState
 from .position_loop import initial_position_loop_state as initial_position_loop_state
 from .position_loop import step_position_loop as step_position_loop
 from .registry import ESTIMATES as ESTIMATES
-from .registry import INLINED as INLINED
 from .registry import MONITORS as MONITORS
 from .registry import STEPS as STEPS
 from .registry import Inputs as Inputs

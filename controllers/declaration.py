@@ -30,7 +30,7 @@ from typing import Any, Literal, NamedTuple, TypeVar, dataclass_transform
 
 from controllers.checks import check_numbers, check_positive
 from controllers.interface import Controller
-from controllers.registry import ESTIMATES, INLINED, STEPS, without_estimates
+from controllers.registry import ESTIMATES, STEPS, without_estimates
 
 Rule = Callable[[str, Any], Any]
 """Checks an argument, given its name and value, and returns what is kept of it."""
@@ -112,7 +112,6 @@ def register(
     initial: Callable[[Any], Any],
     *,
     estimates: Callable[..., Any] = without_estimates,
-    inlined: bool = False,
 ) -> None:
     """Let loops, compiled ones included, find the kernels of a class of parameters.
 
@@ -126,12 +125,8 @@ def register(
         Makes the state at rest from the parameters.
     estimates : callable, optional
         Kernel ``write(parameters, state, row)`` of the estimates.
-    inlined : bool, optional
-        Whether the step is so short that it is compiled into the loop.
     """
     STEPS[kind], ESTIMATES[kind], _INITIAL[kind] = step, estimates, initial
-    if inlined:
-        INLINED.add(kind)
 
 
 @dataclass_transform(kw_only_default=True, field_specifiers=(argument, derived))
@@ -140,7 +135,6 @@ def controller(
     state: type | None = None,
     *,
     estimates: Callable[..., Any] = without_estimates,
-    inlined: bool = False,
 ) -> Callable[[Declared], Declared]:
     """Make a controller of a class that declares its arguments.
 
@@ -153,8 +147,6 @@ def controller(
         inside needs none.
     estimates : callable, optional
         Kernel ``write(parameters, state, row)`` of the estimates that ``estimate_names`` of the class names.
-    inlined : bool, optional
-        See :func:`register`.
     """
 
     def declare(cls: Any) -> Any:
@@ -179,7 +171,7 @@ def controller(
         loops = [name for name, field in inherited.items() if not field.rule]
         kept = {name: None for name in (*loops, *added, *inherited) if cls._declared[name].kept}
         cls.Parameters = _parameters_class(cls, [(name, hints[name]) for name in kept])
-        register(cls.Parameters, step, partial(_state_at_rest, state), estimates=estimates, inlined=inlined)
+        register(cls.Parameters, step, partial(_state_at_rest, state), estimates=estimates)
         return cls
 
     return declare

@@ -2,7 +2,7 @@
 
 The kernels of a controller are compiled once for its types, as functions of C. A single step from Python, the closed
 loop and a group of joints call them by address: nothing of these is compiled anew for another controller, and none
-hands over the hundred numbers of its state. Only the shortest steps, those of ``INLINED``, are part of a loop.
+hands over the hundred numbers of its state.
 """
 
 import ctypes

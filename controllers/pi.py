@@ -105,7 +105,7 @@ def hand_over(pi: PIParameters, state: PIState, torque: float) -> PIState:
     return state._replace(integral=state.integral - torque)
 
 
-register(PIParameters, step_pi, initial_pi_state, inlined=True)
+register(PIParameters, step_pi, initial_pi_state)
 
 
 def check_gains(proportional: float, integral: float, period: float, delay: float = 0.0) -> PIParameters:

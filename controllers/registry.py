@@ -136,9 +136,6 @@ class Output(NamedTuple):
 STEPS: dict[type, Callable[..., Any]] = {}
 """Step kernel of each class of controller parameters: ``step(parameters, state, inputs) -> (output, state)``."""
 
-INLINED: set[type] = set()
-"""Classes of controller parameters whose step is part of the closed loop: it is so short that a call would show."""
-
 ESTIMATES: dict[type, Callable[..., Any]] = {}
 """Kernel that writes the physical estimates into a row: ``write(parameters, state, row)``."""
 

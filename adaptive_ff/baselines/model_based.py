@@ -121,7 +121,7 @@ def _pair(name: str, values: tuple[float, float]) -> tuple[float, float]:
     return float(values[0]), float(values[1])
 
 
-@controller(step_model_based, ModelBasedState, inlined=True)
+@controller(step_model_based, ModelBasedState)
 class ModelBased(PILoop):
     """``u = PI(e) + J dr/dt + f(r) + offset`` with a friction model of given parameters."""
 

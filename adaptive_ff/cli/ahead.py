@@ -20,8 +20,8 @@ from adaptive_ff.comparison.registry import CONTROLLERS, make_controller
 from adaptive_ff.scenario.library import scenario_names
 from adaptive_ff.scenario.scenario import load_scenario
 from adaptive_ff.simulation.experiment import build_setup, empty_record
-from adaptive_ff.simulation.loop import run_compiled, start_position
-from controllers import INLINED, Native, difference_velocity, direct_velocity, kalman_velocity, low_pass_velocity
+from adaptive_ff.simulation.loop import run_controller, start_position
+from controllers import Native, difference_velocity, direct_velocity, kalman_velocity, low_pass_velocity
 from controllers.delay import LENGTHS
 from controllers.kernels.cache_directory import BUILT, cache_directory
 
@@ -49,12 +49,11 @@ def compile_steps(name: str, length: int) -> None:
     Native(controller.parameters, lengthened(controller.state, length))
 
 
-def compile_loop(scenario: str, estimator: str, name: str, length: int) -> None:
-    """Compile the loop over the joint of a scenario with a velocity estimator; with a step where that is inlined."""
+def compile_loop(scenario: str, estimator: str) -> None:
+    """Compile the loop over the joint of a scenario with a velocity estimator, which serves every controller."""
     setup = build_setup(load_scenario(scenario))._replace(observer=ESTIMATORS[estimator]())
-    controller = make_controller(load_scenario(), name)
-    state = lengthened(controller.state, length)
-    run_compiled(controller.parameters, state, setup, start_position(setup), 1, empty_record(setup, 1, 1))
+    controller = make_controller(load_scenario(), "pi")
+    run_controller(controller, setup, start_position(setup), 1, empty_record(setup, 1, 1))
 
 
 def compile_group() -> None:
@@ -77,13 +76,9 @@ def jobs() -> list[Callable[[], None]]:
     """Return all that is compiled, each a job of its own, the longest first."""
     kinds = {type(make_controller(load_scenario(), name).parameters): name for name in reversed(CONTROLLERS)}
     joints = {type(load_scenario(name).joint.parameters): name for name in reversed(scenario_names())}
-    inlined = [name for kind, name in kinds.items() if kind in INLINED]
-    plain = next(name for kind, name in kinds.items() if kind not in INLINED)
     found: list[Callable[[], None]] = [run_commands, compile_group]
     found += [partial(compile_steps, name, length) for name in kinds.values() for length in LENGTHS]
-    found += [partial(compile_loop, joint, each, plain, 1) for joint in joints.values() for each in ESTIMATORS]
-    rigid = joints[type(load_scenario().joint.parameters)]
-    found += [partial(compile_loop, rigid, "direct", name, length) for name in inlined for length in LENGTHS]
+    found += [partial(compile_loop, joint, each) for joint in joints.values() for each in ESTIMATORS]
     return found
 
 

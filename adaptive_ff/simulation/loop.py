@@ -10,7 +10,6 @@ from typing import Any, NamedTuple
 
 from adaptive_ff.simulation.experiment import Record, RunSetup
 from controllers import (
-    INLINED,
     Controller,
     Inputs,
     Native,
@@ -276,10 +275,7 @@ def run_plain(
 
 
 run_in_memory = compiled(run_plain)
-"""The loop, compiled, of a controller in memory: of its parameters a ``NativeParameters``, of its state nothing.
-
-Of a controller in ``INLINED`` it takes parameters and state themselves, and is compiled once more.
-"""
+"""The loop, compiled, of a controller in memory: of its parameters a ``NativeParameters``, of its state nothing."""
 
 
 def run_compiled(
@@ -288,8 +284,6 @@ def run_compiled(
     """Run the loop as :func:`run_plain` does, compiled: once for a kind of joint, once for a kind of controller."""
     if not compiles():
         return run_plain(parameters, state, setup, position, stop, record)
-    if type(parameters) in INLINED:
-        return run_in_memory(parameters, state, setup, position, stop, record)
     native = Native(parameters, state)
     _, position = run_in_memory(native.addresses, 0, setup, position, stop, record)
     return native.state, position
@@ -297,13 +291,11 @@ def run_compiled(
 
 def run_controller(controller: Controller, setup: RunSetup, position: Position, stop: int, record: Record) -> Position:
     """Run the loop with a controller, whose state goes on; return the position where the run has come to."""
-    run = run_in_memory if compiles() else run_plain
-    if compiles() and type(controller.parameters) not in INLINED:
+    if compiles():
         with suppress(NoCompiler):
-            return run(controller.native, 0, setup, position, stop, record)[1]
-        run = run_plain
+            return run_in_memory(controller.native, 0, setup, position, stop, record)[1]
     parameters, state = controller.parameters, controller.state
-    controller.state, position = run(parameters, state, setup, position, stop, record)
+    controller.state, position = run_plain(parameters, state, setup, position, stop, record)
     return position
 
 

@@ -9,7 +9,7 @@ from closed_loops import SCENARIO, drive, make
 from adaptive_ff import compare, simulate
 from adaptive_ff.comparison.own import own_controller
 from adaptive_ff.simulation.experiment import build_setup, empty_record
-from adaptive_ff.simulation.loop import run_compiled, run_controller, run_in_memory, run_plain, start_position
+from adaptive_ff.simulation.loop import run_compiled, run_plain, start_position
 from plant import Actuator, Joint, ripple_torque
 
 SHORT = SCENARIO.modified(duration=6.0)
@@ -51,17 +51,6 @@ def test_a_command_acts_from_the_delay_on_until_the_next_one_does(steps):
     assert record.torque == pytest.approx(held.reshape(-1, 10).mean(axis=1), rel=1e-12, abs=1e-12)
     assert reported[0] is None
     assert reported[1:] == pytest.approx(record.torque[:-1].tolist(), rel=1e-14)
-
-
-@pytest.mark.parametrize("name", ["pi", "fixed"])
-def test_step_that_is_part_of_the_loop_gives_what_one_in_memory_gives_to_the_bit(name):
-    setup = build_setup(SHORT.modified(sampling={"period": 0.001}))
-    start, count, inlined, called = start_position(setup), setup.noise.size, make(name), make(name)
-    own, other = empty_record(setup, 0), empty_record(setup, 0)
-    reached = run_controller(inlined, setup, start, count, own)
-    assert reached == run_in_memory(called.native, 0, setup, start, count, other)[1]
-    assert inlined.state == called.state
-    assert all(map(np.array_equal, own, other))
 
 
 @pytest.mark.parametrize("part", [1, 7])
