@@ -5,20 +5,13 @@ import ast
 from controllers.kernels.calls import Calls
 from controllers.kernels.names import c_name
 from controllers.kernels.operators import ARITHMETIC
-from controllers.kernels.scope import Scope, Unused, Variable
+from controllers.kernels.scope import Unused, Variable
 from controllers.kernels.types import INTEGER, REAL, Array, Line, Record, passed_by_pointer
 from controllers.kernels.values import Value
 
 
-class Assignments:
+class Assignments(Calls):
     """Gives variables and elements their values."""
-
-    def __init__(self, expressions: Calls) -> None:
-        self.expressions = expressions
-        self.unit = expressions.unit
-        self.scope: Scope = expressions.scope
-        self.kernel = expressions.kernel
-        self.refusal = expressions.refusal
 
     def assign(self, target: ast.expr, node: ast.expr) -> None:
         """Translate an assignment to one target."""
@@ -26,9 +19,9 @@ class Assignments:
             case ast.Tuple():
                 self._unpack(target, node)
             case ast.Name():
-                self._bind(target, self.expressions.translate(node))
+                self._bind(target, self.translate(node))
             case ast.List() | ast.Starred():
-                self._give(target, self.expressions.translate(node))
+                self._give(target, self.translate(node))
             case ast.Subscript() if _is_full_slice(target.slice):
                 self._fill(target, node)
             case _:
@@ -40,7 +33,7 @@ class Assignments:
 
     def assign_all(self, targets: list[ast.expr], node: ast.expr) -> None:
         """Give several targets one value."""
-        value = self.expressions.translate(node)
+        value = self.translate(node)
         if value.constant is None and not isinstance(node, ast.Name):
             value = self._kept(node, value)
         for target in targets:
@@ -58,7 +51,7 @@ class Assignments:
     def _before(self, target: ast.expr, node: ast.expr) -> Value:
         """Return a value that is computed before the place where it goes, as Python does."""
         writes = self.scope.writes
-        value = self.expressions.translate(node)
+        value = self.translate(node)
         inner = [part for part in ast.walk(target) if isinstance(part, ast.Call | ast.Subscript) and part is not target]
         if self.scope.writes > writes and inner:
             return self._kept(node, value)
@@ -68,12 +61,12 @@ class Assignments:
         """Return an element of an array that is to be changed."""
         if not isinstance(target, ast.Subscript):
             raise self.refusal(target, "{} cannot be assigned to; make a new NamedTuple")
-        base = self.expressions.translate(target.value)
+        base = self.translate(target.value)
         if not isinstance(base.type, Array):
             raise self.refusal(target, "{} cannot be assigned to; make a new tuple")
         if not base.root:
-            base = self.expressions.placed(target, base)
-        place = self.expressions.element_of(target, base)
+            base = self.placed(target, base)
+        place = self.element_of(target, base)
         if isinstance(place.type, Array):
             raise self.refusal(target, "{} is no number of an array; give an index for each dimension")
         self.scope.writes += 1
@@ -83,21 +76,21 @@ class Assignments:
         """Assign to an element of an array."""
         place = self._place(target)
         if place.type == REAL:
-            value = self.expressions.as_real(target, value)
+            value = self.as_real(target, value)
         if place.type != value.type:
             raise self.refusal(target, "{} must be given a value of the array's type")
         self.scope.emit(f"{place.text} = {value.text};")
 
     def _spread_over(self, target: ast.Subscript, node: ast.expr, value: Value) -> None:
         """Assign the numbers of a tuple to a row of an array, one after another."""
-        base = self.expressions.translate(target.value)
-        row = self.expressions.element_of(target, base)
+        base = self.translate(target.value)
+        row = self.element_of(target, base)
         if not isinstance(row.type, Array) or len(row.type.shape) != 1:
             raise self.refusal(target, "{} cannot be given a tuple; only a row of an array can")
         self.scope.writes += 1
-        for place, item in enumerate(self.expressions.items(node, value)):
+        for place, item in enumerate(self.items(node, value)):
             if row.type.element == REAL:
-                item = self.expressions.as_real(node, item)
+                item = self.as_real(node, item)
             if item.type != row.type.element:
                 raise self.refusal(node, "{} holds what are no numbers of the array's type")
             self.scope.emit(f"{row.element(str(place)).text} = {item.text};")
@@ -105,7 +98,7 @@ class Assignments:
     def _fill(self, target: ast.Subscript, node: ast.expr) -> None:
         """Assign to all elements of an array a number or those of another one, which is computed first."""
         value = self._before(target, node)
-        array = self.expressions.translate(target.value)
+        array = self.translate(target.value)
         if not isinstance(array.type, Array):
             raise self.refusal(target, "{}: only an array can be filled")
         if isinstance(target.slice, ast.Tuple) and len(target.slice.elts) > len(array.type.shape):
@@ -115,7 +108,7 @@ class Assignments:
         self.scope.writes += 1
         if not isinstance(value.type, Array):
             if array.type.element == REAL:
-                value = self.expressions.as_real(node, value)
+                value = self.as_real(node, value)
             if value.type != array.type.element:
                 raise self.refusal(target, f"{ast.unparse(node)} is no number of the array's type")
             if any(isinstance(part, ast.Call | ast.Subscript) for part in ast.walk(node)):
@@ -156,10 +149,7 @@ class Assignments:
 
     def _whole(self, node: ast.AST, array: Value) -> Value:
         """Return an array of open sizes that has an address of its own, a row as well."""
-        if array.root and not array.part:
-            return array
-        name = self.expressions.hoisted(node, array)
-        return Value(name, array.type, root=name)
+        return array if array.root and not array.part else self.named(node, array)
 
     def _bind(self, target: ast.Name, value: Value) -> None:
         """Give a variable a value, and declare it where that is its first."""
@@ -171,7 +161,7 @@ class Assignments:
         known = self.scope.variables.get(name)
         if known is not None and known.type != value.type:
             if known.type == REAL and value.type == INTEGER:
-                value = self.expressions.as_real(target, value)
+                value = self.as_real(target, value)
             else:
                 raise self.refusal(target, f"{name} changes its type; begin with 0.0 for a real number")
         self.scope.given.add(name)
@@ -209,19 +199,19 @@ class Assignments:
 
     def _unpack(self, target: ast.Tuple, node: ast.expr) -> None:
         if isinstance(node, ast.Tuple):
-            values = self.expressions.spread(node.elts)
+            values = self.spread(node.elts)
             if len(values) != len(target.elts):
                 raise self.refusal(target, "{}: there must be a value for each")
             if self._overlap(target, node):
                 values = [self._kept(node, value) for value in values]
         else:
-            values = self.items(node, self.expressions.translate(node), len(target.elts))
+            values = self.so_many(node, self.translate(node), len(target.elts))
         for item, value in zip(target.elts, values, strict=True):
             self._give(item, value)
 
-    def items(self, node: ast.expr, value: Value, count: int) -> list[Value]:
+    def so_many(self, node: ast.expr, value: Value, count: int) -> list[Value]:
         """Return the items of a value, of which there must be so many."""
-        values = self.expressions.items(node, value)
+        values = self.items(node, value)
         if len(values) != count:
             raise self.refusal(node, f"{{}} gives {len(values)} values, not {count}: there must be a value for each")
         return values
@@ -242,8 +232,7 @@ class Assignments:
             raise self.refusal(node, "{}: give arrays their names one by one")
         if value.type is None:
             raise self.refusal(node, "{} has no value; use its items")
-        name = self.expressions.hoisted(node, value)
-        return Value(name, value.type, root=name, natural=value.natural)
+        return self.named(node, value)
 
     def augment(self, statement: ast.AugAssign) -> None:
         """Translate ``+=`` and its like."""
@@ -254,14 +243,14 @@ class Assignments:
         if isinstance(target, ast.Subscript) and any(isinstance(leaf, ast.Slice) for leaf in ast.walk(target)):
             raise self.refusal(target, "{} is a slice; write a loop over a range")
         is_name = isinstance(target, ast.Name)
-        place = self.expressions.translate(target) if is_name else self._place(target)
-        value = self.expressions.translate(statement.value)
+        place = self.translate(target) if is_name else self._place(target)
+        value = self.translate(statement.value)
         if place.type not in (REAL, INTEGER):
             raise self.refusal(statement, f"{ast.unparse(target)} is no number")
         if place.type == INTEGER and (value.type != INTEGER or operator == "/"):
             raise self.refusal(statement, f"{ast.unparse(target)} changes its type; begin with 0.0")
         if place.type == REAL:
-            value = self.expressions.as_real(statement.value, value)
+            value = self.as_real(statement.value, value)
         self.scope.emit(f"{place.text} {operator}= {value.text};")
 
 

@@ -98,8 +98,10 @@ class Expressions:
 
     def placed(self, node: ast.AST, value: Value) -> Value:
         """Return a value that is a place in memory, with a name of its own where it was none."""
-        if value.root:
-            return value
+        return value if value.root else self.named(node, value)
+
+    def named(self, node: ast.AST, value: Value) -> Value:
+        """Return a value under a name of its own."""
         name = self.hoisted(node, value)
         return Value(name, value.type, root=name, natural=value.natural)
 

@@ -5,7 +5,6 @@ import re
 from collections.abc import Callable
 from typing import Any
 
-from controllers.kernels.calls import Calls
 from controllers.kernels.comments import comment_lines, wrapped_code
 from controllers.kernels.names import c_name, function_name
 from controllers.kernels.scope import Declaration, Scope, Unused, Variable
@@ -81,7 +80,7 @@ def _translated(unit: Unit, kernel: Kernel, kinds: tuple[Type, ...], constants: 
             scope.variables[argument.arg] = Variable(wish, kind, pointer=True)
         scope.declared.add(argument.arg)
         scope.given.add(argument.arg)
-    statements = Statements(Calls(unit, scope), name)
+    statements = Statements(unit, scope, name)
     statements.body()
     code = [item for _, item in scope.lines if isinstance(item, str) and not item.startswith("/*")]
     texts = code + [text for _, text in opening]

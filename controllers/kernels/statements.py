@@ -3,12 +3,12 @@
 import ast
 
 from controllers.kernels.assignments import Assignments
-from controllers.kernels.calls import Calls
 from controllers.kernels.comments import plain
 from controllers.kernels.loops import loop_header
 from controllers.kernels.results import result_of
-from controllers.kernels.scope import Loop, Path, Variable
+from controllers.kernels.scope import Loop, Path, Scope, Variable
 from controllers.kernels.types import BOOLEAN, INTEGER, REAL, Record, Type
+from controllers.kernels.unit import Unit
 from controllers.kernels.values import Value
 
 ANNOTATED = {"float": REAL, "int": INTEGER, "bool": BOOLEAN}
@@ -18,8 +18,8 @@ ANNOTATED = {"float": REAL, "int": INTEGER, "bool": BOOLEAN}
 class Statements(Assignments):
     """Translates the body of one function."""
 
-    def __init__(self, expressions: Calls, name: str) -> None:
-        super().__init__(expressions)
+    def __init__(self, unit: Unit, scope: Scope, name: str) -> None:
+        super().__init__(unit, scope)
         self.name = name
         returns = self.kernel.tree.returns
         self.result: Type | None = ANNOTATED.get(ast.unparse(returns) if returns else "")
@@ -57,7 +57,7 @@ class Statements(Assignments):
                 self.scope.announce(statement, path)
             start = len(self.scope.lines)
             if not isinstance(statement, ast.For | ast.While):
-                self.expressions.open_statement(statement)
+                self.open_statement(statement)
             self._statement(statement, path)
             self._trailing_comment(statement, start)
 
@@ -74,7 +74,7 @@ class Statements(Assignments):
             case ast.AugAssign():
                 self.augment(statement)
             case ast.Expr(value=ast.Call() as call):
-                self.scope.emit(f"{self.expressions.translate(call).text};")
+                self.scope.emit(f"{self.translate(call).text};")
             case ast.For():
                 self._for(statement, path)
             case ast.While() if not self.unit.fixed:
@@ -119,8 +119,8 @@ class Statements(Assignments):
             self.scope.lines.insert(start, (self.scope.depth, f"/* {'; '.join(texts)} */"))
 
     def _if(self, statement: ast.If, path: Path) -> None:
-        self.expressions.open_statement(ast.Expr(statement.test))
-        test = self.expressions.condition(statement.test)
+        self.open_statement(ast.Expr(statement.test))
+        test = self.condition(statement.test)
         if test.constant is not None:  # sizes decide it: the other branch is for other sizes
             self.scope.folded.add(id(statement))
             branch, name = (statement.body, "body") if test.constant else (statement.orelse, "orelse")
@@ -159,7 +159,7 @@ class Statements(Assignments):
         self.scope.depth -= 1
 
     def _for(self, statement: ast.For, path: Path) -> None:
-        header, counter, natural, runs = loop_header(self.expressions, statement)
+        header, counter, natural, runs = loop_header(self, statement)
         assert isinstance(statement.target, ast.Name)
         name = statement.target.id
         outer, before = self.scope.variables.get(name), set(self.scope.given)
@@ -179,9 +179,9 @@ class Statements(Assignments):
             self.scope.variables[name] = outer
 
     def _while(self, statement: ast.While, path: Path) -> None:
-        self.expressions.open_statement(ast.Expr(statement.test))
+        self.open_statement(ast.Expr(statement.test))
         self.scope.conditional += 1  # nothing may be computed before a test that is made anew each time
-        test = self.expressions.condition(statement.test)
+        test = self.condition(statement.test)
         self.scope.conditional -= 1
         if statement.orelse:
             raise self.refusal(statement, "while has no translation with else")
@@ -218,12 +218,12 @@ class Statements(Assignments):
             shown = ast.unparse(statement)
             raise self.refusal(statement, f"{shown!r} must return what other returns do, and that must have a value")
         if isinstance(node, ast.Tuple) and not any(isinstance(item, ast.Starred) for item in node.elts):
-            values = [self.expressions.translate(item) for item in node.elts]
+            values = [self.translate(item) for item in node.elts]
             self._return_several(statement, values)
             return
-        value = self.expressions.translate(node)
+        value = self.translate(node)
         if isinstance(value.type, Record) and value.type.origin is None:  # what another function returned
-            self._return_several(statement, self.items(node, value, len(value.type.fields)))
+            self._return_several(statement, self.so_many(node, value, len(value.type.fields)))
             return
         if value.type is None:
             raise self.refusal(statement, "a shape or a tuple of constants cannot be returned")
@@ -233,13 +233,13 @@ class Statements(Assignments):
         )
         self.natural = self.natural and value.natural
         if self.result == REAL:
-            value = self.expressions.as_real(node, value)
+            value = self.as_real(node, value)
         self.scope.emit(f"return {value.content};")
 
     def _return_several(self, statement: ast.Return, values: list[Value]) -> None:
         if isinstance(self.result, Record) and len(self.result.fields) == len(values):
             pairs = zip(self.result.fields, values, strict=True)
-            values = [self.expressions.as_real(statement, v) if k == REAL else v for (_, k), v in pairs]
+            values = [self.as_real(statement, v) if k == REAL else v for (_, k), v in pairs]
         record = result_of(self.kernel, self.name, values)
         self._agree(statement, record)
         self.scope.emit(f"return {self.unit.compound(record, values)};")
