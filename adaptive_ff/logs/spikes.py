@@ -27,7 +27,7 @@ OUTSIDE, RAREST = 1.5, 0.002
 """Distance of a torque or a velocity over the range of all values but this fraction at either end."""
 
 AROUND, FELT = 5, 3.0
-"""Rows over which the velocity is a mean; change that the usual torque does not explain over that of other places."""
+"""Rows over which the velocity is a mean; its change over that which nine of ten other places do not exceed."""
 
 
 def without_spikes(log: Log) -> tuple[Log, list[str]]:
@@ -73,7 +73,7 @@ def find_spikes(log: Log, role: str) -> NDArray[np.bool_]:
                 inside = values[first[:, np.newaxis] + np.arange(width)]
                 first = first[np.all((inside < low) | (inside > high), axis=1)]
             if role == "torque":
-                first = first[~_were_felt(log, np.clip(values, low, high), first, width)]
+                first = first[~_were_felt(log, first, width)]
             for start in first:
                 if not (off[start - 1] or off[start + width]):  # else what is between two spikes
                     off[start : start + width] = True
@@ -95,35 +95,14 @@ def _are_off(values: Array, steps: Array, first: NDArray[np.int64], width: int, 
     return np.asarray(is_far & (distances[:, -1] <= BACK * nearest))
 
 
-def _were_felt(log: Log, usual: Array, rows: NDArray[np.int64], width: int) -> NDArray[np.bool_]:
-    """Tell which of the torques that begin in some rows the joint felt; none where that is not known.
-
-    The change of the velocity in the midst of rows is regressed on the sum of the usual torque over them, the direction
-    and a constant; so a torque of the other sign is as good.
-    """
-    span = AROUND + (log.position is not None)
-    felt = np.zeros(rows.size, dtype=np.bool_)
-    inside = (rows >= span) & (rows + width + span <= usual.size)
-    places = np.arange(span, usual.size - width - span, max(1, usual.size // 20_000))
-    columns, changes = _impulses(log, usual, places, width)
-    known = np.isfinite(changes) & np.all(np.isfinite(columns), axis=1)
-    if np.count_nonzero(known) < 4 or not inside.any():
-        return felt
-    coefficients = np.linalg.lstsq(columns[known], changes[known])[0]
-    unexplained = float(np.quantile(np.abs(changes[known] - columns[known] @ coefficients), 0.9))
-    columns, changes = _impulses(log, usual, rows[inside], width)
-    along = np.sign(coefficients[0] * (log.torque - usual)[rows[inside]])
-    felt[inside] = along * (changes - columns @ coefficients) > FELT * unexplained
-    return felt
-
-
-def _impulses(log: Log, torque: Array, rows: NDArray[np.int64], width: int) -> tuple[Array, Array]:
-    """Return what the change of the velocity depends on, and the change, at some rows."""
-    motion, behind, around = log.motion, rows + width, np.arange(AROUND)[:, np.newaxis]
-    if log.position is not None:
-        before = (motion[rows - 1] - motion[rows - 1 - AROUND]) / AROUND
-        after = (motion[behind + AROUND] - motion[behind]) / AROUND
-    else:
-        before, after = (np.mean(motion[at], axis=0) for at in (rows - 1 - around, behind + around))
-    sums = np.sum(torque[rows + np.arange(-AROUND, width + AROUND)[:, np.newaxis]], axis=0)
-    return np.column_stack([sums, np.sign(before + after), np.ones(rows.size)]), after - before
+def _were_felt(log: Log, rows: NDArray[np.int64], width: int) -> NDArray[np.bool_]:
+    """Tell at which rows the velocity changes by more than anywhere else, as an impulse of the torque changes it."""
+    velocity = log.motion if log.position is None else np.diff(log.motion, append=log.motion[-1])
+    mean = np.convolve(velocity, np.full(AROUND, 1.0 / AROUND), mode="same")
+    apart = width + AROUND + 1
+    changes = np.abs(mean[apart:] - mean[:-apart])
+    known = changes[np.isfinite(changes)]
+    if not known.size:
+        return np.zeros(rows.size, dtype=np.bool_)
+    usual = float(np.quantile(known, 0.9))
+    return changes[np.clip(rows - AROUND // 2 - 1, 0, changes.size - 1)] > FELT * usual
