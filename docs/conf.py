@@ -15,7 +15,7 @@ from adaptive_ff.playground.page import write_page  # noqa: E402
 from docs.reference import GENERATED, write_examples, write_reference  # noqa: E402
 
 
-def written_pictures(block, variables, settings):  # type: ignore[no-untyped-def]
+def written_pictures(_, variables, settings):  # type: ignore[no-untyped-def]
     """Show the pictures that an example has written; the first, of tracking where there is one, is its thumbnail."""
     source = Path(variables["src_file"])
     written = (source.parent / "results" / source.stem).glob("*.png")

@@ -205,7 +205,7 @@ def module_names(packages: Iterable[str] = PACKAGES) -> list[str]:
 
 
 def resolved(name: str, module: str, owner: str = "") -> str | None:
-    """Return the full name of what a docstring links to, seen from its module and class; None where there is none."""
+    """Return the full name of what a docstring links to, from its module and class; None where there is none."""
     package = module.partition(".")[0]
     for start in (f"{module}.{owner}" if owner else module, module, package, ""):
         full = f"{start}.{name}".strip(".")

@@ -51,6 +51,6 @@ loop = control.interconnect(
     outlist=["joint.velocity"],
     check_unused=False,
 )
-start = np.concatenate([block.initial_state for block in (feedback, drive, joint)])
+start = np.concatenate([part.initial_state for part in (feedback, drive, joint)])
 found = control.input_output_response(loop, run.time, [reference[:-1], reference[1:], scenario.noise()], start)
 print("largest difference, rad/s:", np.max(np.abs(found.outputs - run.velocity[scenario.sample_steps[:-1]])))

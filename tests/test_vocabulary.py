@@ -8,7 +8,7 @@ import pytest
 
 ROOT = Path(__file__).resolve().parent.parent
 ROOMS = ("report", "cli", "comparison", "studies", "simulation", "scenario", "playground", "baselines", "blocks")
-ROOMS += ("export", "../controllers", "../plant")
+ROOMS += ("export", "../controllers", "../plant", "../docs", "../examples")
 ROOMS += ("identify", "logs", "replay")
 
 TERMS = {
