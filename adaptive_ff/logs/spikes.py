@@ -105,4 +105,4 @@ def _were_felt(log: Log, rows: NDArray[np.int64], width: int) -> NDArray[np.bool
     if not known.size:
         return np.zeros(rows.size, dtype=np.bool_)
     usual = float(np.quantile(known, 0.9))
-    return changes[np.clip(rows - AROUND // 2 - 1, 0, changes.size - 1)] > FELT * usual
+    return np.asarray(changes[np.clip(rows - AROUND // 2 - 1, 0, changes.size - 1)] > FELT * usual)
