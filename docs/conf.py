@@ -15,11 +15,11 @@ from adaptive_ff.playground.page import write_page  # noqa: E402
 from docs.reference import GENERATED, write_examples, write_reference  # noqa: E402
 
 
-def written_pictures(_, variables, settings):  # type: ignore[no-untyped-def]
-    """Show the pictures that an example has written; the first, of tracking where there is one, is its thumbnail."""
+def written_picture(_, variables, settings):  # type: ignore[no-untyped-def]
+    """Show a picture that an example has written, that of tracking where there is one; it is the thumbnail, too."""
     source = Path(variables["src_file"])
     written = (source.parent / "results" / source.stem).glob("*.png")
-    found = sorted(written, key=lambda file: (file.stem != "tracking", file.name))
+    found = sorted(written, key=lambda file: (file.stem != "tracking", file.name))[:1]
     copies = [shutil.copy(file, place) for file, place in zip(found, variables["image_path_iterator"], strict=False)]
     return figure_rst(copies, settings["src_dir"])
 
@@ -76,7 +76,7 @@ sphinx_gallery_conf = {
     "examples_dirs": str(EXAMPLES),
     "gallery_dirs": "_generated/gallery",
     "filename_pattern": r"/(first_comparison|design_a_loop|own_controller|in_your_own_loop|identify_a_log)\.py",
-    "image_scrapers": (written_pictures,),
+    "image_scrapers": (written_picture,),
     "capture_repr": (),
     "run_stale_examples": True,
     "download_all_examples": False,

@@ -33,10 +33,7 @@ from adaptive_ff.studies.ranking import (
 IMPROVEMENT = "over pi"
 """Heading of the error of PI over that of the controller."""
 
-LEGEND = (
-    f"{IMPROVEMENT}: settled error of pi over the controller's, above 1 is better; settled: the last half since the "
-    "last change; sum |du|: movement of the command"
-)
+LEGEND = f"{IMPROVEMENT}: settled error of pi over its own, above 1 is better; settled: last half"
 """What the columns of the tables of errors mean."""
 
 FEEDFORWARDS = {
