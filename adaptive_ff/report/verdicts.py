@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from adaptive_ff.comparison.verdict import Verdict
-from adaptive_ff.report.table import DEVIATIONS
+from adaptive_ff.report.table import DEVIATIONS, shown
 from adaptive_ff.report.tables import FEEDFORWARDS
 
 LIMITS = {
@@ -81,4 +81,4 @@ def parameters_line(
     first = f"Not identified: {', '.join(given)}" if given else "Identified parameters: all"
     widest = max(identified, key=lambda name: (deviations or {}).get(name) or 0.0)
     wide = (deviations or {}).get(widest)
-    return f"{first}." if wide is None else f"{first}; {widest} ± {100.0 * DEVIATIONS * wide:.2g} %."
+    return f"{first}." if wide is None else f"{first}; {widest} ± {shown(100.0 * DEVIATIONS * wide, 2)} %."
