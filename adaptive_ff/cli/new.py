@@ -1,8 +1,16 @@
 """Command ``adaptive-ff new``."""
 
-from typing import Annotated, Literal
+from enum import StrEnum
+from typing import Annotated
 
 import typer
+
+
+class Side(StrEnum):
+    """Where an encoder is."""
+
+    MOTOR = "motor"
+    JOINT = "joint"
 
 
 def new_command(
@@ -19,8 +27,8 @@ def new_command(
         ),
     ] = None,
     encoder_side: Annotated[
-        Literal["motor", "joint"], typer.Option(help="Where it is: on the motor, before the gear, or on the joint.")
-    ] = "joint",
+        Side, typer.Option(help="Where it is: on the motor, before the gear, or on the joint.")
+    ] = Side.JOINT,
     velocity_cutoff: Annotated[
         float | None, typer.Option(help="Low-pass of the encoder's velocity, Hz; chosen by default.")
     ] = None,
@@ -40,9 +48,9 @@ def new_command(
     least, most = 1.0 / LONGEST_PERIOD, 1.0 / SHORTEST_PERIOD
     if not least < rate <= most:
         raise InputError(f"--rate = {rate:g} is not allowed: it must be above {least:g} Hz and at most {most:.3g} Hz")
-    if encoder is None and (velocity_cutoff is not None or encoder_side == "motor"):
+    if encoder is None and (velocity_cutoff is not None or encoder_side is Side.MOTOR):
         raise InputError("--velocity-cutoff and --encoder-side need an --encoder")
-    measured = None if encoder is None else Encoder(encoder, velocity_cutoff, encoder_side == "motor")
+    measured = None if encoder is None else Encoder(encoder, velocity_cutoff, encoder_side is Side.MOTOR)
     text = new_scenario_text(
         inertia,
         torque,
