@@ -46,3 +46,30 @@ def without_pictures():
     """A comparison that draws nothing."""
     with patch.object(Comparison, "plot", lambda comparison, folder: {}):
         yield
+
+
+@pytest.fixture(scope="module", autouse=True)
+def blank(request):
+    """Pictures are written with nothing on them, as drawing takes most of the time of a command.
+
+    Those of a module that is marked with ``usefixtures("drawn")`` and of tests that ask for it are as for users.
+    """
+    from matplotlib.figure import Figure
+
+    from adaptive_ff.report import style
+
+    write = style.write_figure
+    if any(mark.name == "usefixtures" and "drawn" in mark.args for mark in request.node.iter_markers()):
+        yield write
+        return
+    with patch.object(style, "write_figure", lambda _, path: write(Figure((1.0, 1.0), layout="tight"), path)):
+        yield write
+
+
+@pytest.fixture
+def drawn(blank):
+    """Pictures as they are for users."""
+    from adaptive_ff.report import style
+
+    with patch.object(style, "write_figure", blank):
+        yield

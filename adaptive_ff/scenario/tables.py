@@ -167,11 +167,11 @@ class Feedback(Table):
         if self.is_auto:
             return self
         proportional, integral = self.gains
-        if not (0.0 < proportional < LARGEST_OBSERVED and integral < LARGEST_OBSERVED):
+        if not (1.0 / LARGEST_OBSERVED < proportional < LARGEST_OBSERVED and integral < LARGEST_OBSERVED):
             made = f"inertia = {self.inertia:g} kg m^2 and bandwidth = {self.hertz:g} Hz make" if self.bandwidth else ""
             raise ValueError(
                 f"{made or 'there is'} a proportional gain of {proportional:g} and an integral gain of {integral:g}; "
-                f"both must be below {LARGEST_OBSERVED:g}, the first positive"
+                f"both must be below {LARGEST_OBSERVED:g}, the first above {1.0 / LARGEST_OBSERVED:g}"
             )
         return self
 

@@ -74,7 +74,7 @@ def test_tables_as_csv_and_markdown(tmp_path, scenario, without_pictures):
     assert "'word' is not one of 'text', 'markdown', 'csv'" in refusal(*places, "word")
 
 
-def test_pictures_in_several_formats_say_where_they_come_from(tmp_path, scenario):
+def test_pictures_in_several_formats_say_where_they_come_from(tmp_path, scenario, drawn):
     assert run_command_line("compare", scenario, "--out", tmp_path / "out", "--format", "svg, pdf", "-q").status == 0
     names = set(content_of(tmp_path / "out"))
     assert {"tracking.svg", "tracking.pdf", "torque.svg", "torque.pdf"} <= names

@@ -32,7 +32,7 @@ def motion_file(folder, lines=None):
     return path
 
 
-def test_comparison_writes_the_documented_files_and_nothing_else(tmp_path):
+def test_comparison_writes_the_documented_files_and_nothing_else(tmp_path, drawn):
     content = {**short(), "controllers": ["pi", "adaptive"], "change": [{"time": 0.2, "friction_scale": 0.6}]}
     scenario = write_scenario(tmp_path, content)
     out, copy = tmp_path / "new" / "out", tmp_path / "other" / "copy.json"

@@ -13,6 +13,8 @@ from adaptive_ff.report.comparison_pictures import PICTURES, plot_comparison, pl
 from adaptive_ff.report.tables import estimates_table
 from plant import sliding_friction
 
+pytestmark = pytest.mark.usefixtures("drawn")
+
 SHORT = load_scenario().modified(duration=16.0)
 CHANGED = SHORT.modified(change=[{"time": 4.0, "friction_scale": 0.6}, {"time": 6.0, "friction_scale": 1.5}])
 FOUR = ["tracking", "torque", "estimates", "stribeck"]

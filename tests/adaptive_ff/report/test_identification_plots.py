@@ -8,6 +8,8 @@ from adaptive_ff.identify.identification import identify_log
 from adaptive_ff.report.identified import details, map_table, next_step, parameters_table, verdict_lines
 from adaptive_ff.report.log_pictures import PICTURES
 
+pytestmark = pytest.mark.usefixtures("drawn")
+
 NAMES = [name for name in PICTURES if name != "identified_map"]
 
 

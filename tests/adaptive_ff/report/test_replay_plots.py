@@ -6,6 +6,8 @@ from synthetic_logs import make_log
 
 from adaptive_ff.replay.replay import replay_log
 
+pytestmark = pytest.mark.usefixtures("drawn")
+
 
 @pytest.fixture(scope="module")
 def replayed():

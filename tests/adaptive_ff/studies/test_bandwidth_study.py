@@ -167,7 +167,7 @@ def test_wrong_arguments_are_refused():
             study_bandwidths(SHORT, ["pi"], tuning_seeds=tuning, reported_seeds=reported)
 
 
-def test_command_prints_tables_and_writes_files(tmp_path):
+def test_command_prints_tables_and_writes_files(tmp_path, drawn):
     scenario = write_scenario(tmp_path, {**short(), "duration": 2.0})
     seeds = ("--seeds", 1, "--tuning-seeds", 1)
     options = ("--controller", "pi", "--load", 0.25, *seeds, "--out", tmp_path / "out", "--report")

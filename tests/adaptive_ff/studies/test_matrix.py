@@ -190,7 +190,7 @@ def test_ranking_names_the_best_of_the_others_and_shows_a_loss_as_a_loss():
     assert (word, ratio) == ("lost", 0.75)  # the median of 1 and 0.5
     (group, row) = ranking_table(cells, "").rows
     assert group == ("Further scenarios",)
-    shown = ("8.00", "0.500", "3.00", "2.00", "4.00", "0.375", "0.188", "good", "4.00", "lost", "0.750")
+    shown = ("8000", "500", "3.00", "2.00", "4.00", "0.375", "0.188", "good", "4.00", "lost", "0.750")
     assert row == ("  made_up", *shown)
     won = collect(made_up(pi=(8, 8), oracle=(1, 1), adaptive=(1, 1), good=(2, 2)))
     assert outcome(won["made_up"]) == ("won", 2.0)
