@@ -6,7 +6,7 @@ import math
 import numpy as np
 import pytest
 
-from adaptive_ff import WITH_GRAVITY, WITH_OFFSET, AdaptiveController, TorqueModel
+from adaptive_ff import PER_DIRECTION_WITH_GRAVITY, WITH_GRAVITY, WITH_OFFSET, AdaptiveController, TorqueModel
 from controllers import PI, PositionLoop
 from tests.helpers.driven_joint import (
     GAINS,
@@ -225,6 +225,17 @@ def test_a_model_may_be_the_estimates_of_another_controller():
     assert second.uncertainties["coulomb"] == pytest.approx(0.2 * first.estimates["coulomb"])
     third = make(model=first.estimates, deviation=first.uncertainties)
     assert third.uncertainties["coulomb"] == pytest.approx(first.uncertainties["coulomb"])
+
+
+def test_first_values_and_deviations_of_all_columns_come_back_by_name():
+    columns = {"parameters": PER_DIRECTION_WITH_GRAVITY, "regressors": 2, "ripple_periods": [0.3]}
+    names = make(**columns).estimate_names[6:-2]  # behind the offset, which is what the integral holds
+    model = {"inertia": 20.0, "coulomb": 60.0, "stiction": 90.0, "friction_lag": 0.02}
+    model |= {name: float(k) for k, name in enumerate(names)}
+    deviation = {name: 1.0 + 0.1 * k for k, name in enumerate(names)}
+    controller = make(**columns, model=model, deviation=deviation)
+    assert {name: controller.estimates[name] for name in model} == pytest.approx(model)
+    assert {name: controller.uncertainties[name] for name in names} == pytest.approx(deviation)
 
 
 @pytest.mark.parametrize(
