@@ -40,6 +40,7 @@ VALUES = {
     **{"torque": 1.0, "reference": 0.1, "velocity": 0.0, "planned": 0.1, "position": 0.1, "duration": 0.01},
     **{"stribeck_velocity": 0.05, "stribeck_shape": 1.0, "solver_period": 0.001, "confidence": 0.95},
     **{"dead_zone": 0.05, "stiffness": 1e5, "rate": 1.0, "cycle": 5},
+    **{"presliding": 1e-3, "model": adaptive_ff.TorqueModel(20.0, 60.0, 90.0, 80.0, 0.02, 0.05, 1.0)},
     **{"filter_pole": 30.0, "slowest": 0.01, "hold": 0.1},
 }
 """Plausible values by the names of arguments."""
@@ -99,6 +100,9 @@ ACCEPTED = {
     "controllers.Controller.step": dict.fromkeys(("velocity", "position", "realised_torque"), LOST),
     "controllers.loop_systems": {"proportional": SIGNS, "integral": SIGNS},
     "adaptive_ff.AdaptiveController": {"torque_limit": (math.inf,)},
+    **{f"adaptive_ff.baselines.{name}": GAIN for name in baselines.__all__},
+    "adaptive_ff.baselines.LuGreObserver": {**GAIN, "gain": (0,)},
+    "adaptive_ff.baselines.ModelBased": {**GAIN, "held": (0,)},
     **{f"adaptive_ff.baselines.{name}": {"compensated": (0,)} for name in baselines.__all__ if "Canudas" in name},
     "adaptive_ff.baselines.LearntFeedforward": {"lag": (0,)},
     "adaptive_ff.baselines.Repetitive": {**GAIN, "cycle": (0,), "lead": (0,)},
@@ -111,6 +115,7 @@ BEYOND = {
     "held_out": (1.0,),
     "delay": (10.5,),
     "compensated": (1.1,),
+    "held": (1.1,),
 }
 """What lies beyond a limit of its own."""
 
@@ -193,7 +198,7 @@ def arguments():
                 for one in given
                 if one.kind not in (one.VAR_POSITIONAL, one.VAR_KEYWORD)
             }
-            if any(kinds.values()) and not records and name not in UNCHECKED.split():
+            if any(kinds.values()) and name not in UNCHECKED.split() and (not records or inspect.isclass(function)):
                 checked = {key: kind for key, kind in kinds.items() if kind and (name, key) not in ELSEWHERE}
                 found[name] = function, checked
     return found

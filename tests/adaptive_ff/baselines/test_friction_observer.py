@@ -106,9 +106,3 @@ def test_observer_finds_a_load_that_the_model_does_not_know():
     controller = FrictionObserver(*GAINS, PERIOD, MODEL, presliding=3e-3, **OBSERVER)
     errors(controller, joint)
     assert controller.disturbance == pytest.approx(25.0, abs=6.0)
-
-
-@pytest.mark.parametrize("wrong", [{"presliding": 0.0}, {"presliding": 1e-3, "velocity_gain": 2.0}])
-def test_wrong_setting_is_refused(wrong):
-    with pytest.raises(ValueError, match="is not allowed"):
-        FrictionObserver(*GAINS, PERIOD, MODEL, **{**OBSERVER, **wrong})

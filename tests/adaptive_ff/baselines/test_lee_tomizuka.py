@@ -75,9 +75,3 @@ def test_observer_sees_what_the_compensation_leaves(delay):
     found = disturbances(controller, 30.0, delay)
     assert np.max(np.abs(found[50:150])) < 2.0  # of 90 N m of friction
     assert found[-1] == pytest.approx(30.0, abs=1.5)
-
-
-@pytest.mark.parametrize("wrong", [{"bandwidth": 0.0}, {"bandwidth": 2.0, "delay": -1.0}])
-def test_wrong_setting_is_refused(wrong):
-    with pytest.raises(ValueError, match="is not allowed"):
-        LeeTomizuka(100.0, 0.0, PERIOD, MODEL, **wrong)
