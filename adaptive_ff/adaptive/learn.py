@@ -60,10 +60,8 @@ def least_noise(parameters: AdaptiveParameters, state: AdaptiveState, duration: 
 def distance_apart(velocity: float, reference: float, level: float) -> float:
     """Return how far friction at a velocity may be from that along the reference, from 0 (alike) to 1 (reversed).
 
-    Both signs are taken as uncertain below a level, rad/s.
+    Both signs are taken as uncertain below a level, rad/s, above zero.
     """
-    if level <= 0.0:
-        return 0.0
     return 0.5 * abs(min(max(reference / level, -1.0), 1.0) - min(max(velocity / level, -1.0), 1.0))
 
 
@@ -99,8 +97,8 @@ def learn_in_place(
         variance = max(noise.variance, least_noise(parameters, state, duration))
         y, last = block.output / block.samples, state.mean.size - 1
         lag, velocity = state.mean[last - 1], state.mean[last]
-        innovation, one = update_in_place(state.quiet, state.x, y, variance, tuning.clip, lag, velocity, state.work)
-        _, two = update_in_place(state.loud, state.x, y, variance, tuning.clip, lag, velocity, state.work)
+        innovation, one = update_in_place(state.quiet, state.sums, y, variance, tuning.clip, lag, velocity, state.work)
+        _, two = update_in_place(state.loud, state.sums, y, variance, tuning.clip, lag, velocity, state.work)
         constrain_in_place(state.quiet, parameters.prior, state.multipliers)
         constrain_in_place(state.loud, parameters.prior, state.multipliers)
         odds = math.exp(min(FARTHEST, max(-FARTHEST, one - two)))

@@ -167,8 +167,8 @@ class AdaptiveState(NamedTuple):
         The two members of the filter.
     mean, given : ndarray
         Their common estimate, and the coefficients that are fed.
-    psi, x, sums : ndarray, shape (n,)
-        Columns of the coming period, responses to them, and their sums over a block.
+    psi, sums : ndarray, shape (n,)
+        Columns of the coming period, and sums over a block of the responses to them.
     work, multipliers : ndarray
         Room for computations.
     regressors : ndarray
@@ -213,7 +213,6 @@ class AdaptiveState(NamedTuple):
     mean: MutableArray
     given: MutableArray
     psi: MutableArray
-    x: MutableArray
     sums: MutableArray
     work: MutableArray
     multipliers: MutableArray
@@ -260,7 +259,6 @@ def initial_adaptive_state(parameters: AdaptiveParameters) -> AdaptiveState:
         mean=mean.copy(),
         given=mean[LOOP:-2].copy(),
         psi=np.zeros(count),
-        x=np.zeros(count),
         sums=np.zeros(count),
         work=np.zeros(mean.size),
         multipliers=np.zeros(count),

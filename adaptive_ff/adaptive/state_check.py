@@ -45,7 +45,7 @@ def check_adaptive_state(parameters: AdaptiveParameters, state: AdaptiveState) -
     longest = MOST_TIME * parameters.period * span
     if not (0 <= block.lost <= block.samples <= span and 0.0 <= block.duration <= longest):
         raise ValueError(f"state.block is not allowed: samples = {block.samples} must be from 0 to {span}")
-    for name, array in {**state.response._asdict(), "psi": state.psi, "x": state.x, "sums": state.sums}.items():
+    for name, array in {**state.response._asdict(), "psi": state.psi, "sums": state.sums}.items():
         if np.any(np.abs(array) > largest):
             raise ValueError(f"state: {name} is not allowed: its numbers must be at most {largest:g}")
     for name in ("quiet", "loud"):

@@ -106,7 +106,7 @@ def end_period(parameters: AdaptiveParameters, state: AdaptiveState, inputs: Inp
 
 def learn_from(parameters: AdaptiveParameters, state: AdaptiveState, inputs: Inputs, period: Period) -> Learnt:
     """Advance the responses, the gate and, after each block, the estimates."""
-    pi, machine, duration, count = parameters.feedback, parameters.machine, inputs.dt, state.x.size
+    pi, machine, duration, count = parameters.feedback, parameters.machine, inputs.dt, state.psi.size
     observer, noise, block, weight, innovation = state.observer, state.noise, state.block, state.weight, 0.0
     if state.feedback.samples == 0:
         return Learnt(observer, noise, block, weight, innovation)
@@ -134,10 +134,11 @@ def learn_from(parameters: AdaptiveParameters, state: AdaptiveState, inputs: Inp
         if block.lost == 0:
             noise = next_noise(noise, parameters.tuning, block.error / block.samples, block.duration)
         for i in range(count):
-            state.x[i] = state.sums[i] / block.samples
-            state.sums[i] = 0.0
+            state.sums[i] /= block.samples
         if state.enabled:
             weight, innovation = learn_in_place(parameters, state, noise, block, inputs.reference != 0.0)
+        for i in range(count):
+            state.sums[i] = 0.0
         block = Block(0.0, 0.0, 0.0, 0.0, 0, 0)
     return Learnt(observer, noise, block, weight, innovation)
 
@@ -188,7 +189,7 @@ def step_adaptive(parameters: AdaptiveParameters, state: AdaptiveState, inputs: 
     feedback = hand_over(pi, state.feedback, passed)
     handed = state.handed + passed - (unwound_integral(pi, feedback, inputs) - feedback.integral)
     total = share * (fed.torque + observer.gain * observer.torque)
-    count = state.x.size
+    count = state.psi.size
     put_in(state.response, count + FED, total - handed)
     put_in(state.response, count + OBSERVED, share * (observer.torque + observer.shifted))
     put_in(state.response, count + OBSERVER, share * observer.gain * observer.torque - observer.handed)

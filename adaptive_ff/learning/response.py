@@ -27,21 +27,18 @@ class Response(NamedTuple):
     ----------
     states : ndarray, shape (n, 3)
         Velocity, integral and measured velocity of each.
-    inputs : ndarray, shape (lines, n)
-        Torques put in, N m, the newest first.
-    answers : ndarray, shape (lines, n)
-        Torques of the feedback, N m, the newest first.
+    torques : ndarray, shape (lines, n)
+        Torques put in less those of the feedback, N m, the newest first.
     """
 
     states: MutableArray
-    inputs: MutableArray
-    answers: MutableArray
+    torques: MutableArray
 
 
 def initial_response(count: int, delay: float) -> Response:
     """Return the response at rest to so many inputs, of a drive with a delay in periods."""
     lines = int(np.ceil(delay)) + 1
-    return Response(np.zeros((count, 3)), np.zeros((lines, count)), np.zeros((lines, count)))
+    return Response(np.zeros((count, 3)), np.zeros((lines, count)))
 
 
 def late(line: MutableArray, place: int, delay: float) -> float:
@@ -81,24 +78,20 @@ def advance_response(
     measured : bool
         Whether there is a measurement now.
     """
-    states, answers = response.states, response.answers
-    torque = late(response.inputs, place, pi.delay) + further - late(answers, place, pi.delay)
-    states[place, VELOCITY] += duration / inertia * torque
+    states, torques = response.states, response.torques
+    states[place, VELOCITY] += duration / inertia * (late(torques, place, pi.delay) + further)
     states[place, MEASURED] += followed * (states[place, VELOCITY] - states[place, MEASURED])
     answer = states[place, INTEGRAL]
     if measured:
         answer += pi.integral * duration * states[place, MEASURED]
         states[place, INTEGRAL] = answer
         answer += pi.proportional * states[place, MEASURED]
-    for line in range(answers.shape[0] - 1, 0, -1):
-        answers[line, place] = answers[line - 1, place]
-    answers[0, place] = answer
+    for line in range(torques.shape[0] - 1, 0, -1):
+        torques[line, place] = torques[line - 1, place]
+    torques[0, place] = -answer
     return float(states[place, MEASURED])
 
 
 def put_in(response: Response, place: int, torque: float) -> None:
-    """Put in a torque (N m) for the coming period."""
-    inputs = response.inputs
-    for line in range(inputs.shape[0] - 1, 0, -1):
-        inputs[line, place] = inputs[line - 1, place]
-    inputs[0, place] = torque
+    """Put in a torque (N m) for the coming period, beside the feedback's."""
+    response.torques[0, place] += torque
