@@ -35,7 +35,7 @@ def further_names(count: int, ripples: int = 0) -> tuple[str, ...]:
 def check_machine(proportional: float, inertia: float, stribeck_velocity: float) -> None:
     """Raise ``ValueError`` for an inertia (kg m^2) or a Stribeck velocity (rad/s) that no machine of the loop has.
 
-    The messages name no units: a controller is not told whether its axis turns or is linear.
+    The messages name no units: a controller does not know whether its axis turns or is linear.
     """
     check_positive(proportional=proportional, inertia=inertia, stribeck_velocity=stribeck_velocity)
     least, most = inertia_bounds(proportional)
@@ -85,7 +85,7 @@ def checked_memory(memory: float | None, tuning: Tuning) -> float:
     return float(memory)
 
 
-def checked_share(friction_share: float) -> float:
+def checked_fraction(friction_share: float) -> float:
     """Return how much of the friction is fed, from 0 to 1."""
     check_finite(friction_share=friction_share)
     if not 0.0 <= friction_share <= 1.0:

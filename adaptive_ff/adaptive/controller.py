@@ -9,8 +9,8 @@ import numpy as np
 from adaptive_ff.adaptive.arguments import (
     check_gear_and_limit,
     check_machine,
+    checked_fraction,
     checked_memory,
-    checked_share,
     checked_tuning,
     further_names,
     observer_pole,
@@ -86,7 +86,7 @@ class AdaptiveController(IdentifyingController):
         First estimate, from a data sheet, an identification, or the ``estimates`` of another controller, fed forward
         from the first sample. A mapping may hold gravity as well.
     deviation : float or mapping, optional
-        How sure that is: standard deviation as a share of each value, or in its unit for each name.
+        How sure that is: standard deviation as a fraction of each value, or in its unit for each name.
     torque_limit : float, optional
         Largest torque that is commanded, N m; what it cut off counts as not realised. Give it, or ``realised_torque``
         at each step: torque that never acted would be learnt as friction.
@@ -108,9 +108,9 @@ class AdaptiveController(IdentifyingController):
         Whether friction may rise with the known torque, ``feedforward``.
     position_map : sequence of float, optional
         First map of friction over position: cosine and sine of each of ``position_periods``, then each of
-        ``position_hats``, from -2 to 2, as shares of the friction of the ``model``, which must have Coulomb friction.
+        ``position_hats``, from -2 to 2, as fractions of the friction of the ``model``, which must have some.
     map_deviation : float or sequence of float, optional
-        How sure that is: standard deviation of all its numbers, or of each, as a share of friction; infinite where
+        How sure that is: standard deviation of all its numbers, or of each, as a fraction of friction; infinite where
         nothing is known.
     tuning : Tuning, optional
         Every constant of the method.
@@ -197,7 +197,7 @@ class AdaptiveController(IdentifyingController):
             first_unit=tuning.first_unit * float(proportional * stribeck_velocity),
             observer_pole=min(observer_pole(observer_bandwidth), slowed(1.0 / response, delay * period)),
             span=max(1, int(tuning.span * response / period)),
-            friction_share=checked_share(friction_share),
+            friction_share=checked_fraction(friction_share),
         )
         prior = default_prior(hypothesis, tuning, float(proportional), float(inertia), float(stribeck_velocity))
         unit = float(proportional * stribeck_velocity)
@@ -205,8 +205,8 @@ class AdaptiveController(IdentifyingController):
         coulomb = 0.0 if model is None else float(dict(_items(model)).get("coulomb", 0.0))
         prior = with_map(prior, hypothesis, tuning, position_map, map_deviation, coulomb)
         self.estimate_names = (*names, *FOUND)
-        block = AdaptiveParameters(feedback, machine, hypothesis, prior, tuning, float(period))
-        super().__init__(block, period, initial_adaptive_state)
+        record = AdaptiveParameters(feedback, machine, hypothesis, prior, tuning, float(period))
+        super().__init__(record, period, initial_adaptive_state)
 
     @property
     def feedforward_enabled(self) -> bool:
@@ -265,7 +265,7 @@ class AdaptiveController(IdentifyingController):
         """Return what is known of the joint, how surely, what is not known and why, and what is suspected."""
         from adaptive_ff.adaptive.diagnosis import diagnose
 
-        return diagnose(self)
+        return diagnose(self, self.learnt_map)
 
     def _take_regressors(self, regressors: Sequence[float]) -> None:
         place = self.regressors
@@ -296,12 +296,12 @@ class AdaptiveController(IdentifyingController):
 
     def _prepare(self, reference: float, torque: float) -> None:
         """Forget the motion, the loop's states and the observer, keep what was learnt; what is fed fades in."""
-        block, state = self.parameters, self.state
-        begun: AdaptiveState = initial_adaptive_state(block)
+        parameters, state = self.parameters, self.state
+        begun: AdaptiveState = initial_adaptive_state(parameters)
         self.state = begun._replace(
             feedback=state.feedback,
-            friction=initial_friction_state(block.hypothesis),
-            response=initial_response(block.prior.mean.size + 3, block.feedback.delay),
+            friction=initial_friction_state(parameters.hypothesis),
+            response=initial_response(parameters.prior.mean.size + 3, parameters.feedback.delay),
             quiet=state.quiet,
             loud=state.loud,
             mean=state.mean,
@@ -314,7 +314,7 @@ class AdaptiveController(IdentifyingController):
             steady=torque,
             enabled=state.enabled,
             feedforward_enabled=state.feedforward_enabled,
-            share=0.0,
+            fed_gain=0.0,
         )
 
 

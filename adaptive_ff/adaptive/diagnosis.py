@@ -10,10 +10,10 @@ from enum import StrEnum
 
 import numpy as np
 
-from adaptive_ff.adaptive.controller import AdaptiveController
 from adaptive_ff.adaptive.estimates import deviations
 from adaptive_ff.adaptive.extensions.over_position import LearntMap
 from adaptive_ff.friction.columns import INERTIA
+from adaptive_ff.friction.identifying import IdentifyingController
 from adaptive_ff.friction.model import GRAVITY, RIPPLE, unit_of
 from adaptive_ff.learning.kalman import LOOP, Member
 from adaptive_ff.reported import Reported
@@ -155,8 +155,8 @@ class Diagnosis(Reported):
         return str(self._report("diagnosis_text"))
 
 
-def diagnose(controller: AdaptiveController) -> Diagnosis:
-    """Return what a controller knows and suspects; it is left as it is."""
+def diagnose(controller: IdentifyingController, friction_map: LearntMap | None) -> Diagnosis:
+    """Return what an adaptive controller knows and suspects; it is left as it is."""
     state = controller.state
     watch = state.watch
     correlation = watch.product / watch.square if watch.square > 0.0 else 0.0
@@ -167,32 +167,33 @@ def diagnose(controller: AdaptiveController) -> Diagnosis:
         moved=float(watch.moved),
         change_probability=float(state.weight),
         correlation=float(correlation),
-        observer_gain=controller.observer_gain,
-        observed_torque=controller.observed_torque,
-        friction_map=controller.learnt_map,
+        observer_gain=float(state.observer.gain),
+        observed_torque=float(state.observer.torque),
+        friction_map=friction_map,
     )
 
 
-def _parameters(controller: AdaptiveController) -> Iterator[ParameterDiagnosis]:
-    block, state = controller.parameters, controller.state
-    units = np.concatenate([np.zeros(LOOP), np.where(block.prior.scaled, state.unit, 1.0)])
+def _parameters(controller: IdentifyingController) -> Iterator[ParameterDiagnosis]:
+    parameters, state = controller.parameters, controller.state
+    units = np.concatenate([np.zeros(LOOP), np.where(parameters.prior.scaled, state.unit, 1.0)])
     first = np.zeros((units.size, units.size))
-    first[LOOP:, LOOP:] = unpacked(block.prior.covariance) * np.outer(units[LOOP:], units[LOOP:])
-    first[1, 1] = (block.tuning.load * state.unit) ** 2
+    first[LOOP:, LOOP:] = unpacked(parameters.prior.covariance) * np.outer(units[LOOP:], units[LOOP:])
+    first[1, 1] = (parameters.tuning.load * state.unit) ** 2
     member = Member(state.mean, packed(first))
-    before = deviations(block, state._replace(quiet=member, loud=member), len(controller.estimate_names))
-    uncertain = controller.uncertainties
-    for (name, estimate), prior in zip(controller.estimates.items(), before.tolist(), strict=True):
-        learnt = min(uncertain[name] / prior, 1.0) if prior > 0.0 else 1.0
-        yield ParameterDiagnosis(name, unit_of(name), estimate, uncertain[name], learnt)
+    before = deviations(parameters, state._replace(quiet=member, loud=member), len(controller.estimate_names))
+    now = deviations(parameters, state, len(controller.estimate_names))
+    for (name, estimate), spread, prior in zip(
+        controller.estimates.items(), now.tolist(), before.tolist(), strict=True
+    ):
+        learnt = min(spread / prior, 1.0) if prior > 0.0 else 1.0
+        yield ParameterDiagnosis(name, unit_of(name), estimate, spread, learnt)
 
 
 def _findings(
-    controller: AdaptiveController, parameters: tuple[ParameterDiagnosis, ...], correlation: float
+    controller: IdentifyingController, parameters: tuple[ParameterDiagnosis, ...], correlation: float
 ) -> Iterator[Finding]:
-    block, state = controller.parameters, controller.state
-    watch = state.watch
-    running = state.feedback.samples * block.period
+    state, watch = controller.state, controller.state.watch
+    running = state.feedback.samples * controller.parameters.period
     if not controller.enabled:
         yield Finding(Code.HELD)
     if watch.moved == 0.0 and running > LONG:
@@ -203,19 +204,18 @@ def _findings(
     if state.weight > LEARNT and watch.moved > LONG:
         yield Finding(Code.JUST_CHANGED, values={"probability": state.weight})
     if state.observer.gain > 0.0:
-        yield Finding(
-            Code.OBSERVER_HELPS, values={"gain": controller.observer_gain, "torque": controller.observed_torque}
-        )
+        gain, torque = state.observer.gain, state.observer.torque
+        yield Finding(Code.OBSERVER_HELPS, values={"gain": gain, "torque": torque})
     if watch.moved == 0.0:
         return
     yield from _learnt(controller, parameters)
     yield from _suspect(controller, {one.name: one for one in parameters})
 
 
-def _given(controller: AdaptiveController, running: float) -> Iterator[Finding]:
+def _given(controller: IdentifyingController, running: float) -> Iterator[Finding]:
     """Yield what the controller is not given, or not as it should be."""
     watch = controller.state.watch
-    if running > 0.0 and not watch.torque_known and controller.torque_limit == math.inf:
+    if running > 0.0 and not watch.torque_known and controller.parameters.machine.torque_limit == math.inf:
         yield Finding(Code.TORQUE_UNKNOWN)
     if running > 0.0 and not watch.plan_known:
         yield Finding(Code.PLAN_UNKNOWN)
@@ -226,7 +226,7 @@ def _given(controller: AdaptiveController, running: float) -> Iterator[Finding]:
         yield Finding(Code.INPUTS_IMPLAUSIBLE, values={"samples": float(controller.faults)})
 
 
-def _learnt(controller: AdaptiveController, parameters: tuple[ParameterDiagnosis, ...]) -> Iterator[Finding]:
+def _learnt(controller: IdentifyingController, parameters: tuple[ParameterDiagnosis, ...]) -> Iterator[Finding]:
     """Yield which estimates are not learnt."""
     over_position = [one.name for one in parameters if one.name.startswith((*GRAVITY, *RIPPLE))]
     silent = [one.name for one in parameters if one.learnt > LEARNT]
@@ -239,7 +239,7 @@ def _learnt(controller: AdaptiveController, parameters: tuple[ParameterDiagnosis
         yield Finding(Code.NOT_LEARNT, tuple(silent))
 
 
-def _suspect(controller: AdaptiveController, known: Mapping[str, ParameterDiagnosis]) -> Iterator[Finding]:
+def _suspect(controller: IdentifyingController, known: Mapping[str, ParameterDiagnosis]) -> Iterator[Finding]:
     """Yield what of the estimates is unlikely for a joint as it was described."""
     prior, assumed = controller.parameters.prior, controller.parameters.machine.inertia
     inertia = known["inertia"]
@@ -252,6 +252,6 @@ def _suspect(controller: AdaptiveController, known: Mapping[str, ParameterDiagno
         if coefficients[place] <= prior.lowest[place] or coefficients[place] >= prior.highest[place]:
             yield Finding(Code.AT_BOUND, (name,), {"value": known[name].estimate})
     coulomb, stiction = known["coulomb"], known["stiction"]
-    doubt = math.hypot(coulomb.uncertainty, stiction.uncertainty)
-    if coulomb.estimate - stiction.estimate > SURE * doubt:
+    uncertainty = math.hypot(coulomb.uncertainty, stiction.uncertainty)
+    if coulomb.estimate - stiction.estimate > SURE * uncertainty:
         yield Finding(Code.FRICTION_RISES, ("coulomb", "stiction"), {"from": stiction.estimate, "to": coulomb.estimate})

@@ -20,9 +20,9 @@ OFFSET = 5
 """Place of the offset among the estimates."""
 
 
-def write_physical(block: AdaptiveParameters, state: AdaptiveState, row: Array) -> None:
+def write_physical(parameters: AdaptiveParameters, state: AdaptiveState, row: Array) -> None:
     """Write the physical estimates, in the order of their names; the offset where the row has a place for it."""
-    hypothesis, mean = block.hypothesis, state.mean
+    hypothesis, mean = parameters.hypothesis, state.mean
     paths, reach = 0.0, 0.0
     for i in range(hypothesis.distances.size):
         part = mean[LOOP + PATHS + i]
@@ -49,9 +49,9 @@ def write_physical(block: AdaptiveParameters, state: AdaptiveState, row: Array) 
 ESTIMATES[AdaptiveParameters] = write_physical
 
 
-def fill_slopes(block: AdaptiveParameters, state: AdaptiveState, slopes: Array) -> None:
+def fill_slopes(parameters: AdaptiveParameters, state: AdaptiveState, slopes: Array) -> None:
     """Write the derivatives of the physical estimates, a row each, with respect to the states of the filter."""
-    hypothesis, mean = block.hypothesis, state.mean
+    hypothesis, mean = parameters.hypothesis, state.mean
     count, paths, further, last = slopes.shape[0], hypothesis.distances.size, hypothesis.regressors, mean.size - 1
     for row in range(count):
         for column in range(mean.size):
@@ -83,12 +83,12 @@ def fill_slopes(block: AdaptiveParameters, state: AdaptiveState, slopes: Array) 
             slopes[count - 1, LOOP + PATHS + i] = (hypothesis.distances[i] - reach) / coulomb
 
 
-def write_deviations(block: AdaptiveParameters, state: AdaptiveState, slopes: Array, row: Array) -> None:
+def write_deviations(parameters: AdaptiveParameters, state: AdaptiveState, slopes: Array, row: Array) -> None:
     """Write the standard deviations of the physical estimates in a row, and their slopes.
 
     The covariance is that of the two members together: the mean of theirs, and what their means differ by.
     """
-    fill_slopes(block, state, slopes)
+    fill_slopes(parameters, state, slopes)
     quiet, loud, weight = state.quiet, state.loud, state.weight
     for k in range(row.size):
         total = 0.0
@@ -104,8 +104,8 @@ def write_deviations(block: AdaptiveParameters, state: AdaptiveState, slopes: Ar
         row[k] = math.sqrt(max(total, 0.0))
 
 
-def deviations(block: AdaptiveParameters, state: AdaptiveState, count: int) -> Array:
+def deviations(parameters: AdaptiveParameters, state: AdaptiveState, count: int) -> Array:
     """Return the standard deviations of so many physical estimates."""
     found = np.zeros(count)
-    write_deviations(block, state, np.zeros((count, state.mean.size)), found)
+    write_deviations(parameters, state, np.zeros((count, state.mean.size)), found)
     return found

@@ -75,10 +75,10 @@ def at_standstill(
     """
     pi, integral, steady = parameters.feedback, state.feedback.integral, state.steady
     if not rests:
-        share = 1.0
+        weight = 1.0
         if pi.proportional > 0.0:
-            share = min(1.0, inputs.dt * pi.integral / pi.proportional * parameters.tuning.steady)
-        return state.friction, steady + share * (integral - steady), 0.0
+            weight = min(1.0, inputs.dt * pi.integral / pi.proportional * parameters.tuning.steady)
+        return state.friction, steady + weight * (integral - steady), 0.0
     if static <= 0.0:
         return state.friction, steady, 0.0
     held = (state.held if state.rested else state.fed_friction) + integral - steady
@@ -138,7 +138,7 @@ def feed_in_place(
     return Fed(friction, torque, change, kept, known, sliding, steady, held, largest)
 
 
-def next_share(
+def next_gain(
     parameters: AdaptiveParameters, state: AdaptiveState, peak: float, largest: float, duration: float
 ) -> float:
     """Return the gain of what is fed: it fades to one, to zero, or to less where the reference is slow for the loop.
@@ -159,4 +159,4 @@ def next_share(
     if largest > 0.0:
         speed = tuning.slow * largest
         allowed = min(allowed, max(0.0, peak * parameters.feedback.proportional / speed - 1.0))
-    return min(state.share + step, allowed) if allowed > state.share else max(state.share - step, allowed)
+    return min(state.fed_gain + step, allowed) if allowed > state.fed_gain else max(state.fed_gain - step, allowed)

@@ -358,7 +358,7 @@ class JointGroup:
         try:
             for place, (joint, controller) in enumerate(self.joints.items()):
                 row = {name: float(column[place]) for name, column in columns.items()}
-                _take_over(joint, controller, {name: value for name, value in row.items() if _is_told(name, value)})
+                _take_over(joint, controller, {name: value for name, value in row.items() if _is_given(name, value)})
         except ValueError:
             for controller, state in zip(self._controllers, before, strict=True):
                 controller.state = state
@@ -454,7 +454,7 @@ def _read_only(flags: list[bool]) -> Flags:
     return array
 
 
-def _is_told(name: str, value: float) -> bool:
+def _is_given(name: str, value: float) -> bool:
     return math.isfinite(value) or name not in MAY_BE_UNKNOWN
 
 

@@ -1,4 +1,4 @@
-"""Learning: one update of the filter after each block of samples.
+"""Learning: one update of the filter after each interval of samples.
 
     y = e + G fed = sum_i theta_i (G psi_i) + x_v + noise
 
@@ -9,7 +9,7 @@ reference has friction that the reference does not tell: white torque of the siz
 
 import math
 
-from adaptive_ff.adaptive.state import AdaptiveParameters, AdaptiveState, Block, Noise, Watch
+from adaptive_ff.adaptive.state import AdaptiveParameters, AdaptiveState, Interval, Noise, Watch
 from adaptive_ff.adaptive.tuning import Tuning
 from adaptive_ff.learning.kalman import (
     LOOP,
@@ -27,11 +27,11 @@ CERTAIN = 1e-6
 """Least probability of a member."""
 
 FARTHEST = 50.0
-"""Largest logarithm of the odds of one block."""
+"""Largest logarithm of the odds of one interval."""
 
 
 def next_noise(noise: Noise, tuning: Tuning, mean: float, duration: float) -> Noise:
-    """Return the level after a block of a duration (s) with a mean error (rad/s)."""
+    """Return the level after an interval of a duration (s) with a mean error (rad/s)."""
     variance = noise.variance
     if noise.means >= 2:
         second = mean - 2.0 * noise.last + noise.before
@@ -52,7 +52,7 @@ def speed_level(parameters: AdaptiveParameters, state: AdaptiveState, deviations
 
 
 def least_noise(parameters: AdaptiveParameters, state: AdaptiveState, duration: float) -> float:
-    """Return the least variance of the noise of a block of a duration (s), (rad/s)^2."""
+    """Return the least variance of the noise of an interval of a duration (s), (rad/s)^2."""
     level = parameters.tuning.least_noise * state.unit * duration / parameters.machine.inertia
     return level * level
 
@@ -77,12 +77,12 @@ def begin_in_place(parameters: AdaptiveParameters, state: AdaptiveState) -> None
 
 
 def learn_in_place(
-    parameters: AdaptiveParameters, state: AdaptiveState, noise: Noise, block: Block, moving: bool
+    parameters: AdaptiveParameters, state: AdaptiveState, noise: Noise, interval: Interval, moving: bool
 ) -> tuple[float, float]:
-    """Advance both members by a block; return the probability of the loud one, and the normalised innovation."""
-    tuning, pi, duration, known = parameters.tuning, parameters.feedback, block.duration, block.lost == 0
+    """Advance both members by an interval; return the probability of the loud one, and the normalised innovation."""
+    tuning, pi, duration, known = parameters.tuning, parameters.feedback, interval.duration, interval.lost == 0
     rate, innovation = duration / parameters.machine.inertia, 0.0
-    torque, apart = state.unit * rate, block.apart / block.samples
+    torque, apart = state.unit * rate, interval.apart / interval.samples
     proportional, integral = (pi.proportional, pi.integral * duration) if known else (0.0, 0.0)
     weight = mix_in_place(state.quiet, state.loud, state.weight, min(0.5, tuning.switching * duration))
     unknown = torque * torque * (apart * apart if known else 1.0)
@@ -95,7 +95,7 @@ def learn_in_place(
         return_in_place(state.loud, parameters.prior, state.unit, math.exp(-duration / tuning.short_memory))
     if known and noise.variance >= 0.0:
         variance = max(noise.variance, least_noise(parameters, state, duration))
-        y, last = block.output / block.samples, state.mean.size - 1
+        y, last = interval.output / interval.samples, state.mean.size - 1
         lag, velocity = state.mean[last - 1], state.mean[last]
         innovation, one = update_in_place(state.quiet, state.sums, y, variance, tuning.clip, lag, velocity, state.work)
         _, two = update_in_place(state.loud, state.sums, y, variance, tuning.clip, lag, velocity, state.work)
@@ -133,9 +133,9 @@ def next_watch(watch: Watch, innovation: float, inputs: Inputs, memory: float) -
     """Return what a diagnosis needs after a sample; the innovation is in standard deviations, zero where none was."""
     square, product, last = watch.square, watch.product, watch.innovation
     if innovation != 0.0:
-        share = min(1.0, inputs.dt / memory)
-        square += share * (innovation * innovation - square)
-        product += share * (innovation * last - product)
+        weight = min(1.0, inputs.dt / memory)
+        square += weight * (innovation * innovation - square)
+        product += weight * (innovation * last - product)
         last = innovation
     return Watch(
         last,

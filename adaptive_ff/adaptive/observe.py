@@ -34,7 +34,7 @@ def judged(observer: Observer, bare: float, brought: float, weight: float) -> Ob
 
 
 def gate(parameters: AdaptiveParameters, observer: Observer) -> float:
-    """Return the gain from the share of the error that the observer explains."""
+    """Return the gain from the fraction of the error that the observer explains."""
     if observer.brought <= 0.0 or observer.error <= 0.0:
         return observer.gain
     if observer.product <= 0.0:
@@ -61,4 +61,4 @@ def observed(
     """
     lacking = torque - delayed(state.modelled, parameters.feedback.delay) + parameters.machine.inertia * acceleration
     follows = -math.expm1(-parameters.machine.observer_pole * duration)
-    return state.observer.torque + follows * (parameters.tuning.observed_share * lacking - state.observer.torque)
+    return state.observer.torque + follows * (parameters.tuning.observed_fraction * lacking - state.observer.torque)

@@ -32,13 +32,13 @@ FOUND = ("stribeck_velocity", "presliding")
 """Estimates that every controller has beside the parameters that it is asked for."""
 
 LARGEST_COEFFICIENT = 2.0
-"""Largest number of a first map of friction over position, as a share of friction."""
+"""Largest number of a first map of friction over position, as a fraction of friction."""
 
 MAP_DEVIATION = 0.05
-"""How sure such a map is where nothing else is said: standard deviation, as a share of friction."""
+"""How sure such a map is where nothing else is said: standard deviation, as a fraction of friction."""
 
 DEVIATION = 0.2
-"""How sure a model is where nothing else is said: standard deviation as a share of each value."""
+"""How sure a model is where nothing else is said: standard deviation as a fraction of each value."""
 
 
 def wave_place(hypothesis: Hypothesis) -> int:
@@ -52,34 +52,36 @@ def map_place(hypothesis: Hypothesis) -> int:
 
 
 def split_over_paths(distances: Array, presliding: float) -> Array:
-    """Return the shares of Coulomb friction in the columns slip and paths whose mean path is a presliding distance."""
+    """Return the fractions of Coulomb friction in the columns slip and paths, for a mean path (rad)."""
     path = np.concatenate([[0.0], distances])
-    shares = np.zeros(path.size)
+    fractions = np.zeros(path.size)
     above = min(int(np.searchsorted(path, presliding)), path.size - 1)
     if above == 0 or presliding >= path[above]:
-        shares[above] = 1.0
+        fractions[above] = 1.0
     else:
-        shares[above] = (presliding - path[above - 1]) / (path[above] - path[above - 1])
-        shares[above - 1] = 1.0 - shares[above]
-    return shares
+        fractions[above] = (presliding - path[above - 1]) / (path[above] - path[above - 1])
+        fractions[above - 1] = 1.0 - fractions[above]
+    return fractions
 
 
-def friction_block(shares: Array, total: float, spread: float, excess: float) -> Array:
+def friction_covariance(fractions: Array, total: float, spread: float, excess: float) -> Array:
     """Return the covariance of slip, stiction and paths.
 
     Parameters
     ----------
-    shares : ndarray, shape (1 + d,)
+    fractions : ndarray, shape (1 + d,)
         How the total splits over slip and paths.
     total, spread, excess : float
         Standard deviations of the total, of the parts at a given total, and of stiction beyond Coulomb friction.
     """
-    split = np.full(shares.size, spread**2)
-    parts = total**2 * np.outer(shares, shares) + np.diag(split) - np.outer(split, split) / max(split.sum(), 1e-300)
-    order = np.concatenate([[0, 0], np.arange(1, shares.size)])
-    block: Array = parts[np.ix_(order, order)]
-    block[1, 1] += excess**2
-    return block
+    split = np.full(fractions.size, spread**2)
+    parts = (
+        total**2 * np.outer(fractions, fractions) + np.diag(split) - np.outer(split, split) / max(split.sum(), 1e-300)
+    )
+    order = np.concatenate([[0, 0], np.arange(1, fractions.size)])
+    covariance: Array = parts[np.ix_(order, order)]
+    covariance[1, 1] += excess**2
+    return covariance
 
 
 def default_prior(
@@ -111,7 +113,7 @@ def default_prior(
         scaled[PATHS + paths + 1] = False
     place = wave_place(hypothesis)
     deviation[place : place + 2 * hypothesis.waves.size] = tuning.load
-    mean[-2] = math.log(min(max(tuning.lag_share * response, tuning.shortest_guess), tuning.longest_guess))
+    mean[-2] = math.log(min(max(tuning.lag_fraction * response, tuning.shortest_guess), tuning.longest_guess))
     deviation[-2], lowest[-2], highest[-2] = (
         tuning.lag_deviation,
         math.log(tuning.shortest_lag),
@@ -122,9 +124,9 @@ def default_prior(
     lowest[-1], highest[-1] = mean[-1] - reach, mean[-1] + reach
     covariance = np.diag(deviation**2)
     places = np.arange(COULOMB, PATHS + paths)
-    shares = np.full(1 + paths, (1.0 - tuning.slip_share) / max(paths, 1))
-    shares[0] = tuning.slip_share if paths else 1.0
-    covariance[np.ix_(places, places)] = friction_block(shares, 1.0, tuning.spread, tuning.excess)
+    fractions = np.full(1 + paths, (1.0 - tuning.slip_fraction) / max(paths, 1))
+    fractions[0] = tuning.slip_fraction if paths else 1.0
+    covariance[np.ix_(places, places)] = friction_covariance(fractions, 1.0, tuning.spread, tuning.excess)
     return Prior(mean, packed(covariance), scaled, lowest, highest)
 
 
@@ -168,8 +170,8 @@ def model_prior(
         The joint, from a data sheet, an identification or the ``estimates`` of another controller. Of a mapping what
         this controller does not identify is passed over, and what it lacks but for the inertia and the lag is zero.
     deviation : float or mapping
-        How sure it is: standard deviation as a share of each value, or for each name in its unit. What is zero, or not
-        named, is as uncertain as its unit.
+        How sure it is: standard deviation as a fraction of each value, or for each name in its unit. What is zero, or
+        not named, is as uncertain as its unit.
     unit : float
         Unit of torque, N m.
 
@@ -196,14 +198,14 @@ def model_prior(
             covariance[place, place] = max(spread[name], tuning.least_deviation * units[name]) ** 2
     paths = hypothesis.distances.size
     places = np.arange(COULOMB, PATHS + paths)
-    shares = split_over_paths(hypothesis.distances, known.get("presliding", 0.0))
+    fractions = split_over_paths(hypothesis.distances, known.get("presliding", 0.0))
     coulomb, stiction = known["coulomb"], known["stiction"]
-    mean[COULOMB], mean[PATHS : PATHS + paths] = coulomb * shares[0], coulomb * shares[1:]
-    mean[STICTION] = max(stiction - coulomb * (1.0 - shares[0]), 0.0)
+    mean[COULOMB], mean[PATHS : PATHS + paths] = coulomb * fractions[0], coulomb * fractions[1:]
+    mean[STICTION] = max(stiction - coulomb * (1.0 - fractions[0]), 0.0)
     scaled[places] = False
     deviations = [max(spread[name], tuning.least_deviation * unit) for name in ("coulomb", "stiction")]
-    covariance[np.ix_(places, places)] = friction_block(
-        shares, deviations[0], tuning.spread * max(coulomb, deviations[0]), deviations[1]
+    covariance[np.ix_(places, places)] = friction_covariance(
+        fractions, deviations[0], tuning.spread * max(coulomb, deviations[0]), deviations[1]
     )
     lag, least = known["friction_lag"], math.exp(prior.lowest[-2])
     mean[-2] = math.log(max(lag, least))
@@ -294,7 +296,7 @@ def with_map(
     prior, hypothesis, tuning : Prior, Hypothesis, Tuning
         Prior without it, columns and constants.
     coefficients : sequence of float or None
-        Cosine and sine of each period, then the hats; shares of the friction.
+        Cosine and sine of each period, then the hats; fractions of the friction.
     deviation : float or sequence of float
         Standard deviation of all of them, or of each; infinite where nothing is known.
     coulomb : float
@@ -313,7 +315,7 @@ def with_map(
         raise ValueError("position_map is not allowed without position_periods or position_hats")
     if not coulomb > 0.0:
         raise ValueError(
-            "position_map is not allowed without a model that has Coulomb friction: its numbers are shares of that"
+            "position_map is not allowed without a model that has Coulomb friction: its numbers are fractions of that"
         )
     known = _numbers("position_map", coefficients, count)
     for place, value in enumerate(known.tolist()):

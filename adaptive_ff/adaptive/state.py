@@ -65,7 +65,7 @@ class AdaptiveParameters(NamedTuple):
 
 
 class Noise(NamedTuple):
-    """Level of the measurement noise from second differences of the mean errors of blocks.
+    """Level of the measurement noise from second differences of the mean errors of intervals.
 
     Attributes
     ----------
@@ -83,7 +83,7 @@ class Noise(NamedTuple):
     means: int
 
 
-class Block(NamedTuple):
+class Interval(NamedTuple):
     """Sums over the samples since the last update of the estimates.
 
     Attributes
@@ -168,20 +168,20 @@ class AdaptiveState(NamedTuple):
     mean, given : ndarray
         Their common estimate, and the coefficients that are fed.
     psi, sums : ndarray, shape (n,)
-        Columns of the coming period, and sums over a block of the responses to them.
+        Columns of the coming period, and sums over an interval of the responses to them.
     work, multipliers : ndarray
         Room for computations.
     regressors : ndarray
         Further known regressors.
     weight : float
         Probability of the loud member.
-    noise, block, observer, watch : Noise, Block, Observer, Watch
+    noise, interval, observer, watch : Noise, Interval, Observer, Watch
         See there.
     unit : float
         Unit of friction: half of the largest torque so far, N m.
     handed : float
         Torque that the integral has handed over, N m.
-    seen, error : float
+    filtered, error : float
         Reference as it is measured, and the last error, rad/s.
     last_reference, earlier_reference, foreseen : float
         The last two references, and what the next one was expected to be, rad/s.
@@ -201,7 +201,7 @@ class AdaptiveState(NamedTuple):
         Known torque and feedforward, N m, the newest first.
     enabled, feedforward_enabled : bool
         Whether estimates adapt, and whether they are fed.
-    share : float
+    fed_gain : float
         Gain of what is fed, from 0 to 1.
     """
 
@@ -219,12 +219,12 @@ class AdaptiveState(NamedTuple):
     regressors: MutableArray
     weight: float
     noise: Noise
-    block: Block
+    interval: Interval
     observer: Observer
     watch: Watch
     unit: float
     handed: float
-    seen: float
+    filtered: float
     error: float
     last_reference: float
     earlier_reference: float
@@ -240,7 +240,7 @@ class AdaptiveState(NamedTuple):
     modelled: tuple[float, ...]
     enabled: bool
     feedforward_enabled: bool
-    share: float
+    fed_gain: float
 
 
 def initial_adaptive_state(parameters: AdaptiveParameters) -> AdaptiveState:
@@ -265,12 +265,12 @@ def initial_adaptive_state(parameters: AdaptiveParameters) -> AdaptiveState:
         regressors=np.zeros(parameters.hypothesis.regressors),
         weight=0.5,
         noise=Noise(-1.0, 0.0, 0.0, 0),
-        block=Block(0.0, 0.0, 0.0, 0.0, 0, 0),
+        interval=Interval(0.0, 0.0, 0.0, 0.0, 0, 0),
         observer=Observer(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
         watch=Watch(0.0, 0.0, 0.0, False, False, 0.0),
         unit=unit,
         handed=0.0,
-        seen=0.0,
+        filtered=0.0,
         error=0.0,
         last_reference=0.0,
         earlier_reference=0.0,
@@ -286,5 +286,5 @@ def initial_adaptive_state(parameters: AdaptiveParameters) -> AdaptiveState:
         modelled=delay_line(parameters.feedback.delay),
         enabled=True,
         feedforward_enabled=True,
-        share=1.0,
+        fed_gain=1.0,
     )

@@ -18,12 +18,12 @@ SIZES = ("held", "handed", "steady", "fed_friction")
 def check_adaptive_state(parameters: AdaptiveParameters, state: AdaptiveState) -> None:
     """Raise ``ValueError`` where a controller cannot have come to a state.
 
-    Every number must be finite, a probability or share from 0 to 1, a square not negative, a torque plausible, and an
+    Every number must be finite, a probability or gain from 0 to 1, a square not negative, a torque plausible, and an
     estimate within its bounds; that covariances are symmetric and positive semi-definite is checked for every state.
     """
     largest = largest_torque(parameters.feedback.proportional, parameters.feedback.integral)
     _check_finite(state, "state")
-    for name, value in (("weight", state.weight), ("share", state.share), ("observer.gain", state.observer.gain)):
+    for name, value in (("weight", state.weight), ("fed_gain", state.fed_gain), ("observer.gain", state.observer.gain)):
         if not 0.0 <= value <= 1.0:
             raise ValueError(f"state.{name} = {value} is not allowed: it must be from 0 to 1")
     squares = {"error": state.observer.error, "brought": state.observer.brought, "means": state.noise.means}
@@ -36,15 +36,15 @@ def check_adaptive_state(parameters: AdaptiveParameters, state: AdaptiveState) -
             raise ValueError(f"state.{name} = {value} N m is not allowed: at most {largest:g} is plausible")
     if not 0.0 < state.unit <= largest:
         raise ValueError(f"state.unit = {state.unit} N m is not allowed: it must be above 0 and at most {largest:g}")
-    for name in ("seen", "last_reference"):
+    for name in ("filtered", "last_reference"):
         if abs(getattr(state, name)) > LARGEST_VELOCITY:
             raise ValueError(
                 f"state.{name} = {getattr(state, name)} is not allowed: at most {LARGEST_VELOCITY:g} rad/s"
             )
-    block, span = state.block, parameters.machine.span
+    interval, span = state.interval, parameters.machine.span
     longest = MOST_TIME * parameters.period * span
-    if not (0 <= block.lost <= block.samples <= span and 0.0 <= block.duration <= longest):
-        raise ValueError(f"state.block is not allowed: samples = {block.samples} must be from 0 to {span}")
+    if not (0 <= interval.lost <= interval.samples <= span and 0.0 <= interval.duration <= longest):
+        raise ValueError(f"state.interval is not allowed: samples = {interval.samples} must be from 0 to {span}")
     for name, array in {**state.response._asdict(), "psi": state.psi, "sums": state.sums}.items():
         if np.any(np.abs(array) > largest):
             raise ValueError(f"state: {name} is not allowed: its numbers must be at most {largest:g}")

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from adaptive_ff.adaptive.coming import coming_reference, following_reference, limited_mean
-from adaptive_ff.adaptive.feed import Fed, feed_in_place, next_share
+from adaptive_ff.adaptive.feed import Fed, feed_in_place, next_gain
 from adaptive_ff.adaptive.learn import (
     begin_in_place,
     distance_apart,
@@ -29,7 +29,7 @@ from adaptive_ff.adaptive.state import (
     OBSERVER,
     AdaptiveParameters,
     AdaptiveState,
-    Block,
+    Interval,
     Noise,
     Observer,
 )
@@ -57,7 +57,7 @@ class Period(NamedTuple):
 
     Attributes
     ----------
-    seen, error : float
+    filtered, error : float
         Reference as it is measured, and the error, rad/s.
     torque : float
         Torque that acted, N m.
@@ -71,7 +71,7 @@ class Period(NamedTuple):
         Speed below which the joint may stand, rad/s.
     """
 
-    seen: float
+    filtered: float
     error: float
     torque: float
     cut: float
@@ -85,7 +85,7 @@ class Learnt(NamedTuple):
 
     observer: Observer
     noise: Noise
-    block: Block
+    interval: Interval
     weight: float
     innovation: float
 
@@ -94,53 +94,55 @@ def end_period(parameters: AdaptiveParameters, state: AdaptiveState, inputs: Inp
     """Return what is known of the period that has ended."""
     lag, duration, first = parameters.machine.velocity_lag, inputs.dt, state.feedback.samples == 0
     follows = duration / (duration + lag)
-    seen = inputs.reference if first else state.seen + follows * (inputs.reference - state.seen)
+    filtered = inputs.reference
+    if not first:
+        filtered = state.filtered + follows * (inputs.reference - state.filtered)
     measured = math.isfinite(inputs.velocity)
-    error = seen + inputs.correction - inputs.velocity if measured else 0.0
+    error = filtered + inputs.correction - inputs.velocity if measured else 0.0
     asked = asked_torque(parameters.feedback, state.feedback)
     cut = inputs.realised_torque - asked if not first and math.isfinite(inputs.realised_torque) else 0.0
     leap = 0.0 if first else follows * (inputs.reference - state.foreseen)
     level = speed_level(parameters, state, parameters.tuning.standing)
-    return Period(seen, error, asked + cut, cut, leap, measured, level)
+    return Period(filtered, error, asked + cut, cut, leap, measured, level)
 
 
 def learn_from(parameters: AdaptiveParameters, state: AdaptiveState, inputs: Inputs, period: Period) -> Learnt:
-    """Advance the responses, the gate and, after each block, the estimates."""
+    """Advance the responses, the gate and, after each interval, the estimates."""
     pi, machine, duration, count = parameters.feedback, parameters.machine, inputs.dt, state.psi.size
-    observer, noise, block, weight, innovation = state.observer, state.noise, state.block, state.weight, 0.0
+    observer, noise, interval, weight, innovation = state.observer, state.noise, state.interval, state.weight, 0.0
     if state.feedback.samples == 0:
-        return Learnt(observer, noise, block, weight, innovation)
+        return Learnt(observer, noise, interval, weight, innovation)
     follows, measured, response = duration / (duration + machine.velocity_lag), period.measured, state.response
     for i in range(count):
         leap = period.leap / (follows * duration) if i == INERTIA else 0.0
-        seen = advance_response(response, i, leap, pi, machine.inertia, follows, duration, measured)
-        state.sums[i] += seen
+        response_now = advance_response(response, i, leap, pi, machine.inertia, follows, duration, measured)
+        state.sums[i] += response_now
     fed = advance_response(response, count + FED, period.cut, pi, machine.inertia, follows, duration, measured)
     brought = advance_response(response, count + OBSERVED, 0.0, pi, machine.inertia, follows, duration, measured)
     had = advance_response(response, count + OBSERVER, 0.0, pi, machine.inertia, follows, duration, measured)
     apart = 0.0
     if measured:
         observer = judged(observer, period.error + had, brought, min(1.0, duration / parameters.tuning.gate_memory))
-        apart = distance_apart(inputs.velocity, period.seen, period.level)
-    block = Block(
-        block.error + period.error,
-        block.output + (period.error + fed if measured else 0.0),
-        block.apart + apart,
-        block.duration + duration,
-        block.samples + 1,
-        block.lost + (0 if measured else 1),
+        apart = distance_apart(inputs.velocity, period.filtered, period.level)
+    interval = Interval(
+        interval.error + period.error,
+        interval.output + (period.error + fed if measured else 0.0),
+        interval.apart + apart,
+        interval.duration + duration,
+        interval.samples + 1,
+        interval.lost + (0 if measured else 1),
     )
-    if block.samples >= machine.span or not measured:
-        if block.lost == 0:
-            noise = next_noise(noise, parameters.tuning, block.error / block.samples, block.duration)
+    if interval.samples >= machine.span or not measured:
+        if interval.lost == 0:
+            noise = next_noise(noise, parameters.tuning, interval.error / interval.samples, interval.duration)
         for i in range(count):
-            state.sums[i] /= block.samples
+            state.sums[i] /= interval.samples
         if state.enabled:
-            weight, innovation = learn_in_place(parameters, state, noise, block, inputs.reference != 0.0)
+            weight, innovation = learn_in_place(parameters, state, noise, interval, inputs.reference != 0.0)
         for i in range(count):
             state.sums[i] = 0.0
-        block = Block(0.0, 0.0, 0.0, 0.0, 0, 0)
-    return Learnt(observer, noise, block, weight, innovation)
+        interval = Interval(0.0, 0.0, 0.0, 0.0, 0, 0)
+    return Learnt(observer, noise, interval, weight, innovation)
 
 
 def observe(
@@ -184,30 +186,30 @@ def step_adaptive(parameters: AdaptiveParameters, state: AdaptiveState, inputs: 
     torque, gain = observe(parameters, state, inputs, period, learnt.observer, rests)
     fades = math.exp(-duration / tuning.peak_memory) if inputs.reference != 0.0 else 1.0
     peak = max(abs(inputs.reference), state.peak * fades)
-    share = next_share(parameters, state, peak, fed.largest, duration)
-    observer, passed = pass_torque(state, fed, learnt.observer, torque, gain, share, rests)
+    fed_gain = next_gain(parameters, state, peak, fed.largest, duration)
+    observer, passed = pass_torque(state, fed, learnt.observer, torque, gain, fed_gain, rests)
     feedback = hand_over(pi, state.feedback, passed)
     handed = state.handed + passed - (unwound_integral(pi, feedback, inputs) - feedback.integral)
-    total = share * (fed.torque + observer.gain * observer.torque)
+    total = fed_gain * (fed.torque + observer.gain * observer.torque)
     count = state.psi.size
     put_in(state.response, count + FED, total - handed)
-    put_in(state.response, count + OBSERVED, share * (observer.torque + observer.shifted))
-    put_in(state.response, count + OBSERVER, share * observer.gain * observer.torque - observer.handed)
-    seen = with_reference(with_feedforward(inputs, fed.known + total - inputs.feedforward), period.seen)
-    output, feedback = feed_back(pi, feedback, seen, guard)
+    put_in(state.response, count + OBSERVED, fed_gain * (observer.torque + observer.shifted))
+    put_in(state.response, count + OBSERVER, fed_gain * observer.gain * observer.torque - observer.handed)
+    given_loop = with_reference(with_feedforward(inputs, fed.known + total - inputs.feedforward), period.filtered)
+    output, feedback = feed_back(pi, feedback, given_loop, guard)
     command = min(max(output.torque, -machine.torque_limit), machine.torque_limit)
-    unit = grown_unit(parameters, state, abs(output.torque - fed.known - share * observer.gain * observer.torque))
+    unit = grown_unit(parameters, state, abs(output.torque - fed.known - fed_gain * observer.gain * observer.torque))
     return Output(command, output.feedforward), state._replace(
         feedback=feedback,
         friction=fed.friction,
         weight=learnt.weight,
         noise=learnt.noise,
-        block=learnt.block,
+        interval=learnt.interval,
         observer=observer,
         watch=next_watch(state.watch, learnt.innovation, given, tuning.short_memory),
         unit=unit,
         handed=handed,
-        seen=period.seen,
+        filtered=period.filtered,
         error=period.error if period.measured else state.error,
         last_reference=inputs.reference,
         earlier_reference=state.last_reference if samples > 0 else inputs.reference,
@@ -220,13 +222,13 @@ def step_adaptive(parameters: AdaptiveParameters, state: AdaptiveState, inputs: 
         held=fed.held,
         fed_friction=fed.sliding,
         rested=rests,
-        modelled=remember(state.modelled, fed.known + share * (fed.torque + fed.kept)),
-        share=share,
+        modelled=remember(state.modelled, fed.known + fed_gain * (fed.torque + fed.kept)),
+        fed_gain=fed_gain,
     )
 
 
 def pass_torque(
-    state: AdaptiveState, fed: Fed, observer: Observer, torque: float, gain: float, share: float, rests: bool
+    state: AdaptiveState, fed: Fed, observer: Observer, torque: float, gain: float, fed_gain: float, rests: bool
 ) -> tuple[Observer, float]:
     """Return the observer after the sample, and the torque that passes from the integral to what is fed, N m.
 
@@ -238,9 +240,9 @@ def pass_torque(
     shifted = observer.shifted + change
     standing = fed.sliding - state.fed_friction if rests else 0.0
     passed = standing + (1.0 - old) * change + (gain - old) * torque
-    handed = observer.handed + share * ((gain - old) * torque - old * change)
-    handed += (share - state.share) * gain * torque
-    passed = share * passed + (share - state.share) * (fed.torque + gain * torque - passed)
+    handed = observer.handed + fed_gain * ((gain - old) * torque - old * change)
+    handed += (fed_gain - state.fed_gain) * gain * torque
+    passed = fed_gain * passed + (fed_gain - state.fed_gain) * (fed.torque + gain * torque - passed)
     return Observer(torque, gain, observer.error, observer.product, observer.brought, handed, shifted), passed
 
 

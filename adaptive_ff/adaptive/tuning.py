@@ -20,17 +20,17 @@ class Tuning(NamedTuple):
     clip : float
         Standard deviations from which on an innovation counts less (Huber), and a difference raises the noise slowly.
     span : float
-        Length of a block of samples that is learnt from at once, in time constants ``J/Kp`` of the loop.
+        Length of an interval that is learnt from at once, in time constants ``J/Kp`` of the loop.
     noise_memory : float
         Memory of the level of the measurement noise, s.
     least_noise : float
-        Least noise, in changes of velocity that the unit of friction makes in a block.
+        Least noise, in changes of velocity that the unit of friction makes in an interval.
     standing : float
         Speed below which a joint may stand, in standard deviations of the noise.
     inertia_deviation, viscous_deviation, lag_deviation, velocity_deviation : float
         Prior standard deviations: of the inertia over the assumed one, of the viscous coefficient over ``Kp``, and of
         the logarithms of friction lag and Stribeck velocity.
-    spread, excess, slip_share : float
+    spread, excess, slip_fraction : float
         Prior of the friction, whose total has a standard deviation of one unit of friction: standard deviations of its
         parts at a given total, and of stiction beyond Coulomb friction; and the part that needs no path.
     asymmetry : float
@@ -41,7 +41,7 @@ class Tuning(NamedTuple):
         Unit of friction before any torque, ``Kp Vs``.
     inertia_range, velocity_range : float
         Largest inertia and Stribeck velocity over the assumed ones, and these over the least ones.
-    lag_share, shortest_guess, longest_guess, shortest_lag, longest_lag : float
+    lag_fraction, shortest_guess, longest_guess, shortest_lag, longest_lag : float
         First guess of the friction lag, in ``J/Kp``; its bounds, and those of the lag, s.
     distance_ratio : float
         Presliding distances are ``Vs J/Kp`` times powers of it, from 0 to 3.
@@ -61,7 +61,7 @@ class Tuning(NamedTuple):
         Memory of the observer's gate, s.
     explained : float
         Coefficient of determination of the error by the response to the observed torque, from which its gain is one.
-    observed_share : float
+    observed_fraction : float
         Fraction of the lacking torque that is observed: the rest bounds it where a drive gives less than it is asked.
     fade : float
         Time in which the feedforward fades in or out, s.
@@ -84,13 +84,13 @@ class Tuning(NamedTuple):
     velocity_deviation: float = 0.3
     spread: float = 0.5
     excess: float = 0.5
-    slip_share: float = 0.5
+    slip_fraction: float = 0.5
     asymmetry: float = 0.3
     load: float = 0.5
     first_unit: float = 0.3
     inertia_range: float = 10.0
     velocity_range: float = 5.0
-    lag_share: float = 1.25
+    lag_fraction: float = 1.25
     shortest_guess: float = 0.005
     longest_guess: float = 0.03
     shortest_lag: float = 0.001
@@ -104,5 +104,5 @@ class Tuning(NamedTuple):
     moving: float = 20.0
     gate_memory: float = 1.0
     explained: float = 0.5
-    observed_share: float = 0.85
+    observed_fraction: float = 0.85
     fade: float = 1.0

@@ -29,7 +29,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from adaptive_ff.friction.bounds import INERTIA_RANGE, VISCOUS_SHARE
+from adaptive_ff.friction.bounds import INERTIA_RANGE, VISCOUS_UNIT
 from adaptive_ff.friction.feedforward import FeedforwardState, coming_plan
 from adaptive_ff.friction.identifying import IdentifyingController
 from adaptive_ff.learning.rls import RLSState, initial_rls_state, trace, update_rls_in_place
@@ -187,7 +187,7 @@ class CanudasLoop(DesignedLoop, IdentifyingController):
     def derive(self) -> dict[str, Any]:
         """Return the units of the estimates."""
         check_positive(forgetting_factor=math.exp(-self.period / self.memory))
-        torque, viscous = self.proportional * self.dead_zone, VISCOUS_SHARE * self.proportional
+        torque, viscous = self.proportional * self.dead_zone, VISCOUS_UNIT * self.proportional
         return {"scale": np.array([1.0, torque, torque, viscous, viscous]), "torque_scale": torque}
 
 

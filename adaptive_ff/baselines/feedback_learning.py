@@ -37,7 +37,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from adaptive_ff.friction.bounds import INERTIA_RANGE, VISCOUS_SHARE
+from adaptive_ff.friction.bounds import INERTIA_RANGE, VISCOUS_UNIT
 from adaptive_ff.friction.feedforward import FeedforwardState, coming_plan, step_feedforward
 from adaptive_ff.friction.identifying import IdentifyingController
 from adaptive_ff.friction.model import ESTIMATED, TorqueModel
@@ -211,7 +211,7 @@ class FeedbackErrorLearning(DesignedLoop, IdentifyingController):
         if not lags:
             raise ValueError("lags = [] is not allowed: there must be one at least")
         torque = self.proportional * self.stribeck_velocity
-        scale = [self.inertia, VISCOUS_SHARE * self.proportional, torque, *2 * len(lags) * [torque]]
+        scale = [self.inertia, VISCOUS_UNIT * self.proportional, torque, *2 * len(lags) * [torque]]
         return {
             "learning_rate": float(rate),
             "lag_grid": np.array(lags),

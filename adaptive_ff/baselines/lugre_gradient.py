@@ -28,10 +28,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from adaptive_ff.baselines.feedback_learning import was_refused
-from adaptive_ff.friction.bounds import INERTIA_RANGE, VISCOUS_SHARE
+from adaptive_ff.friction.bounds import INERTIA_RANGE, VISCOUS_UNIT
 from adaptive_ff.friction.feedforward import FeedforwardState, coming_plan
 from adaptive_ff.friction.identifying import IdentifyingController
-from adaptive_ff.friction.model import adhesion_share
+from adaptive_ff.friction.model import stiction_fraction
 from controllers.arrays import MutableArray, NDArray
 from controllers.declaration import argument, begin, controller, derived, positive
 from controllers.loops import DesignedLoop
@@ -139,7 +139,7 @@ def step_lugre_gradient(
     velocity, slope = 0.5 * (start + end), (end - start) / own.period
     for i in range(COULOMB, PARAMETERS):
         filter_in_place(own, state, i, 0.5 * state.slopes[i])
-    adhesion = adhesion_share(abs(velocity), own.stribeck_velocity, own.stribeck_shape)
+    adhesion = stiction_fraction(abs(velocity), own.stribeck_velocity, own.stribeck_shape)
     bristles = bend_in_place(own, state, velocity, adhesion)
     filter_in_place(own, state, INERTIA, slope)
     filter_in_place(own, state, VISCOUS, velocity)
@@ -181,7 +181,7 @@ class LuGreGradient(DesignedLoop, IdentifyingController):
         """Return the units and the gains of ``G``."""
         torque = self.proportional * self.stribeck_velocity
         return {
-            "scale": np.array([self.inertia, VISCOUS_SHARE * self.proportional, torque, torque, torque]),
+            "scale": np.array([self.inertia, VISCOUS_UNIT * self.proportional, torque, torque, torque]),
             "torque_scale": torque,
             "least_size": self.floor * self.stribeck_velocity,
             # so that ``G`` is stable whatever the gains

@@ -19,8 +19,8 @@ LARGEST_LAG = 10.0
 LARGEST_LAG_AT_LEAST = 0.1
 """... but at least this, s: with a fast loop, even the lag of a common joint is many of its time constants."""
 
-VISCOUS_SHARE = 0.2
-"""Unit of the viscous coefficient, as a share of the proportional gain."""
+VISCOUS_UNIT = 0.2
+"""Unit of the viscous coefficient, as a fraction of the proportional gain."""
 
 
 def possible_ranges(inertia: float, largest_lag: float, size: int) -> NDArray[np.float64]:
@@ -69,7 +69,7 @@ def torque_model(
 
     The last parameters, so many as there are known loads, are no part of the model. Stiction may be below Coulomb
     friction: friction then rises from standstill on, as that of a joint that creeps, of gears whose friction saturates,
-    and of simulations that smooth the sign by a hyperbolic tangent. It counts to the share ``rise``; at zero, stiction
+    and of simulations that smooth the sign by a hyperbolic tangent. It counts to ``rise`` of it; at zero, stiction
     is at least Coulomb friction. The viscous coefficient is not negative in either direction.
     """
     stiction = max(estimate[STICTION], estimate[COULOMB] + rise * (estimate[STICTION] - estimate[COULOMB]))

@@ -249,7 +249,7 @@ def write_columns(
         for i in range(hypothesis.distances.size):
             psi[PATHS + i] = state.bent[i]
     else:
-        turn = 1.0  # share of the period before friction turns
+        turn = 1.0  # fraction of the period before friction turns
         if direction * end < -hold:
             turn = 0.0
             if direction * start > -hold:

@@ -9,8 +9,8 @@ needs the reference one sample ahead; where that is not known, the last slope of
 A drive with a computation delay applies the torque later; it is then computed for where the reference will be by that
 time, continued along its slope.
 
-Where the model has a presliding distance ``s``, bristles bend before they slide: the shares of Coulomb friction and
-stiction, ``y = g, h``, follow over the path, ``dy/dx = (F - y)/s``, which is integrated over pieces of a period, and
+Where the model has a presliding distance ``s``, bristles bend before they slide: the fractions of Coulomb friction and
+stiction, ``y = g, h``, follow over the path, ``dy/dx = (F - y)/s``, which is integrated over segments of a period, and
 bending is damped: ``c exp(-(w/Vs)^2) s (dU/dt)/Vs`` is added, with ``U = g + h``. The lag in time comes after. This is
 the LuGre model with ``s = F/sigma_0`` and ``c = sigma_1 Vs``, but that ``s`` does not depend on the speed.
 
@@ -27,7 +27,7 @@ reference does.
 import math
 from typing import NamedTuple
 
-from adaptive_ff.friction.model import TorqueModel, adhesion_share, directed_friction, friction_parts
+from adaptive_ff.friction.model import TorqueModel, directed_friction, friction_parts, stiction_fraction
 from adaptive_ff.friction.turning import held_speed, is_held
 from controllers import Inputs, acts_on_plan
 
@@ -45,7 +45,7 @@ BENT_FADING = 1.0
 """The same with a presliding distance: bristles that stay bent carry the torque, so that the joint springs back by what
 is taken away. Longer, and the joint halts on an edge of its encoder's counts and toggles there."""
 
-PIECES = 4
+SEGMENTS = 4
 """Pieces of a period over which friction behind a lag over the path is integrated."""
 
 
@@ -61,7 +61,7 @@ class FeedforwardState(NamedTuple):
     started : bool
         Whether there was one.
     slip, adhesion : float
-        Shares of Coulomb friction and stiction behind the lag over the path, for a model with a presliding distance.
+        Fractions of Coulomb friction and stiction behind the lag over the path, for a model with a presliding distance.
     turned : float
         Speed up to which friction of the last direction has been held over the last period, rad/s.
     """
@@ -97,14 +97,14 @@ def resting_friction(model: TorqueModel, friction: float, duration: float) -> tu
     return integral, friction
 
 
-def released(model: TorqueModel, state: FeedforwardState, share: float, duration: float) -> FeedforwardState:
-    """Return the state after a period (s) at rest of a joint that holds only a share of what it would hold.
+def released(model: TorqueModel, state: FeedforwardState, fraction: float, duration: float) -> FeedforwardState:
+    """Return the state after a period (s) at rest of a joint that holds only a fraction of what it would hold.
 
     What is more fades with the lag.
     """
-    if share >= 1.0:
+    if fraction >= 1.0:
         return state
-    least = share * (max(model.coulomb, model.stiction) if model.presliding > 0.0 else HELD * model.coulomb)
+    least = fraction * (max(model.coulomb, model.stiction) if model.presliding > 0.0 else HELD * model.coulomb)
     excess = state.friction - min(max(state.friction, -least), least)
     if model.friction_lag > 0.0:
         excess *= -math.expm1(-duration / model.friction_lag)
@@ -129,7 +129,7 @@ def lagged_ramp(friction: float, first: float, last: float, lag: float, duration
     if lag <= 0.0 or duration <= 0.0:
         return 0.5 * (first + last) * duration, last
     rate = (last - first) / duration
-    settled = -math.expm1(-duration / lag)  # share of the way to the ramp's start that it goes
+    settled = -math.expm1(-duration / lag)  # fraction of the way to the ramp's start that it goes
     integral = (first + 0.5 * rate * duration) * duration + (friction - first) * lag * settled
     integral += rate * lag * (lag * settled - duration)
     return integral, last + (friction - first) * (1.0 - settled) - rate * lag * settled
@@ -215,7 +215,7 @@ def friction_along(
     duration: float,
     turned: float = 0.0,
 ) -> tuple[float, float, float, float]:
-    """Let friction, bent shares too, follow a motion that does not reverse; return its integral, it, and the shares."""
+    """Let friction, bent parts too, follow a motion that does not reverse; return its integral, it, and the parts."""
     direction = start + end
     if model.presliding <= 0.0:
         integral, friction = one_way_friction(model, friction, start, end, duration, turned)
@@ -223,17 +223,17 @@ def friction_along(
     if direction == 0.0 or duration <= 0.0:
         integral, friction = resting_friction(model, friction, duration)
         return integral, friction, slip, adhesion
-    sign, piece, total = math.copysign(1.0, direction), duration / PIECES, 0.0
+    sign, segment, total = math.copysign(1.0, direction), duration / SEGMENTS, 0.0
     static = bent_friction(model, slip, adhesion, start, sign)
-    for i in range(PIECES):
-        speed = abs(start + (end - start) * (i + 0.5) / PIECES)
-        share = adhesion_share(speed, model.stribeck_velocity, model.stribeck_shape)
-        settled = -math.expm1(-speed * piece / model.presliding)
-        slip += settled * (sign * (1.0 - share) - slip)
-        adhesion += settled * (sign * share - adhesion)
-        velocity = start + (end - start) * (i + 1.0) / PIECES
+    for i in range(SEGMENTS):
+        speed = abs(start + (end - start) * (i + 0.5) / SEGMENTS)
+        fraction = stiction_fraction(speed, model.stribeck_velocity, model.stribeck_shape)
+        settled = -math.expm1(-speed * segment / model.presliding)
+        slip += settled * (sign * (1.0 - fraction) - slip)
+        adhesion += settled * (sign * fraction - adhesion)
+        velocity = start + (end - start) * (i + 1.0) / SEGMENTS
         last = bent_friction(model, slip, adhesion, velocity, sign)
-        integral, friction = lagged_ramp(friction, static, last, model.friction_lag, piece)
+        integral, friction = lagged_ramp(friction, static, last, model.friction_lag, segment)
         total += integral
         static = last
     return total, friction, slip, adhesion

@@ -212,16 +212,16 @@ def unit_of(name: str) -> str:
     return "N m" if name.startswith((FURTHER, *RIPPLE)) else UNITS.get(name, "")
 
 
-def adhesion_share(speed: float, stribeck_velocity: float, stribeck_shape: float) -> float:
-    """Return the share of stiction, ``exp(-(|w|/Vs)^delta)``, which is ``|h(w)|`` of (6).
+def stiction_fraction(speed: float, stribeck_velocity: float, stribeck_shape: float) -> float:
+    """Return the fraction of stiction, ``exp(-(|w|/Vs)^delta)``, which is ``|h(w)|`` of (6).
 
-    The rest of one is the share of Coulomb friction, ``|g(w)|`` of (5).
+    The rest of one is the fraction of Coulomb friction, ``|g(w)|`` of (5).
     """
     return math.exp(-stribeck_power(speed, stribeck_velocity, stribeck_shape))
 
 
 def stribeck_power(speed: float, stribeck_velocity: float, stribeck_shape: float) -> float:
-    """Return ``(|w|/Vs)^delta``; at most 1e4, since the share of stiction is zero long before."""
+    """Return ``(|w|/Vs)^delta``; at most 1e4, since the fraction of stiction is zero long before."""
     ratio = speed / stribeck_velocity
     if stribeck_shape == 1.0:
         return min(ratio, 1e4)
@@ -249,9 +249,9 @@ def friction_parts(model: TorqueModel, speed: float) -> tuple[float, float]:
     one_sided : float
         ``dFs e + dsigma |w|``, N m; the offset is not in it.
     """
-    share = adhesion_share(speed, model.stribeck_velocity, model.stribeck_shape)
-    opposing = model.coulomb * (1.0 - share) + model.stiction * share + model.viscous * speed
-    return opposing, model.stiction_asymmetry * share + model.viscous_asymmetry * speed
+    fraction = stiction_fraction(speed, model.stribeck_velocity, model.stribeck_shape)
+    opposing = model.coulomb * (1.0 - fraction) + model.stiction * fraction + model.viscous * speed
+    return opposing, model.stiction_asymmetry * fraction + model.viscous_asymmetry * speed
 
 
 def model_friction(model: TorqueModel, speed: float) -> float:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 def advance_filter_in_place(
     state: NDArray[np.float64], pole: float, decay: float, start: float, end: float, duration: float
 ) -> None:
-    """Advance one filter over a piece of input that is linear in time.
+    """Advance one filter over a segment of input that is linear in time.
 
     Parameters
     ----------

@@ -37,7 +37,7 @@ class Prior(NamedTuple):
     Attributes
     ----------
     mean : ndarray, shape (n,)
-        Mean of each coefficient; of friction in units of the friction seen so far.
+        Mean of each coefficient; of friction in units of the friction so far.
     covariance : ndarray, shape (n (n + 1) / 2,)
         Covariance, in the same units, a lower triangle; zero between coefficients in these units and others.
     scaled : ndarray of bool, shape (n,)

@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from adaptive_ff.friction.model import TorqueModel, adhesion_share
+from adaptive_ff.friction.model import TorqueModel, stiction_fraction
 
 COEFFICIENTS = ("a1", "a2", "b0", "b1", "c1", "d1")
 
@@ -67,7 +67,7 @@ def series_regressors(
         ``Vs`` (rad/s) and ``delta`` of (5) and (6).
     """
     last = velocities[0]
-    share = adhesion_share(abs(last), stribeck_velocity, stribeck_shape)
+    fraction = stiction_fraction(abs(last), stribeck_velocity, stribeck_shape)
     sign = 0.0
     if last > 0.0:
         sign = 1.0
@@ -77,8 +77,8 @@ def series_regressors(
     row[1] = -velocities[1]
     row[2] = torques[0]
     row[3] = -torques[1]
-    row[4] = -sign * (1.0 - share)  # g, (5)
-    row[5] = -sign * share  # h, (6)
+    row[4] = -sign * (1.0 - fraction)  # g, (5)
+    row[5] = -sign * fraction  # h, (6)
 
 
 def write_physical(coefficients: NDArray[np.float64], period: float, row: NDArray[np.float64]) -> bool:

@@ -87,9 +87,9 @@ class StribeckFit:
         """Return the friction torque (3), N m, without the offset, at velocities in rad/s; zero at rest."""
         value = {name: estimate.value for name, estimate in self.estimates.items()}
         speeds = checked_array("velocity", velocity)
-        with np.errstate(over="ignore"):  # the share is then zero
-            share = np.exp(-((np.abs(speeds) / self.stribeck_velocity) ** self.stribeck_shape))
-        sliding = value["coulomb"] * (1.0 - share) + value["stiction"] * share
+        with np.errstate(over="ignore"):  # the fraction is then zero
+            fraction = np.exp(-((np.abs(speeds) / self.stribeck_velocity) ** self.stribeck_shape))
+        sliding = value["coulomb"] * (1.0 - fraction) + value["stiction"] * fraction
         return np.asarray(np.sign(speeds) * sliding + value["viscous"] * speeds)
 
 
@@ -177,8 +177,8 @@ def fit_stribeck(
     return StribeckFit(estimates, covariance, residuals, math.sqrt(squares / freedom), float(confidence), not vague)
 
 
-def _share(velocity: Array, bend: Array) -> tuple[Array, Array, Array]:
-    """Return ``exp(-x)``, ``x = (|w|/Vs)^delta``, cut off where the share is zero, and ``log(|w|/Vs)``."""
+def _fraction(velocity: Array, bend: Array) -> tuple[Array, Array, Array]:
+    """Return ``exp(-x)``, ``x = (|w|/Vs)^delta``, cut off where the fraction is zero, and ``log(|w|/Vs)``."""
     ratio = np.log(np.abs(velocity)) - bend[0]
     power = np.exp(np.minimum(math.exp(bend[1]) * ratio, math.log(50.0)))
     return np.exp(-power), power, ratio
@@ -192,7 +192,7 @@ def solve_linear(points: Points, bend: Array, held: tuple[str, float] = ("", 0.0
     velocity, torque, weight, with_offset = points
     name, value = held
     sign = np.sign(velocity)
-    falling = sign * _share(velocity, bend)[0] - (sign if name == "stiction" else 0.0)
+    falling = sign * _fraction(velocity, bend)[0] - (sign if name == "stiction" else 0.0)
     taken = {"coulomb": sign, "stiction": sign, "viscous": velocity, "offset": np.ones_like(sign)}
     columns = [falling, *(taken[key] for key in ("coulomb", "viscous") if key != name)]
     if name == "stiction":
@@ -271,12 +271,12 @@ def _interval_end(
 def _curve_and_slopes(velocity: Array, values: dict[str, float]) -> tuple[Array, Array]:
     """Return the curve and its derivatives by the parameters, Vs and delta as logarithms, and by an offset."""
     bend, sign = np.array([values[name] for name in BEND]), np.sign(velocity)
-    share, power, ratio = _share(velocity, bend)
+    fraction, power, ratio = _fraction(velocity, bend)
     excess = values["stiction"] - values["coulomb"]
-    curve = sign * (values["coulomb"] + excess * share) + values["viscous"] * velocity
-    by_velocity = sign * excess * share * power * math.exp(bend[1])
+    curve = sign * (values["coulomb"] + excess * fraction) + values["viscous"] * velocity
+    by_velocity = sign * excess * fraction * power * math.exp(bend[1])
     ones = np.ones_like(velocity)
-    slopes = [sign * (1.0 - share), sign * share, velocity, by_velocity, -by_velocity * ratio, ones]
+    slopes = [sign * (1.0 - fraction), sign * fraction, velocity, by_velocity, -by_velocity * ratio, ones]
     return curve, np.column_stack(slopes)
 
 

@@ -6,7 +6,7 @@ Equation (2) of the paper, ``J tau w'' + J w' + F(w) = u + tau u'``, is passed t
 
 with ``g`` and ``h`` of (5) and (6). No signal is differentiated: the filters hold the derivatives as states. The
 torque is held between samples; the velocity is taken as linear between them, and where it reverses, ``g`` and ``h``
-are split at the moment of reversal, because the friction lag is seen nowhere else.
+are split at the moment of reversal, because the friction lag shows nowhere else.
 
 An offset and friction that differs by direction (see ``model``) add the columns ``1``, ``|h|_f`` and ``|w|_f``. A
 regression without them has neither their columns nor their filters: the sizes of the arrays say which it is.
@@ -19,11 +19,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from adaptive_ff.friction.model import ESTIMATED, WITH_OFFSET, adhesion_share
+from adaptive_ff.friction.model import ESTIMATED, WITH_OFFSET, stiction_fraction
 from adaptive_ff.learning.filters import advance_filter_in_place, filter_decay, second_derivative
 from controllers.arrays import MutableArray
 
-FILTER_TORQUE, FILTER_VELOCITY, FILTER_COULOMB, FILTER_ADHESION, FILTER_SHARE, FILTER_SPEED = range(6)
+FILTER_TORQUE, FILTER_VELOCITY, FILTER_COULOMB, FILTER_ADHESION, FILTER_FRACTION, FILTER_SPEED = range(6)
 """Rows of the filters; the last two, ``|h|`` and ``|w|``, are there where friction differs by direction."""
 
 
@@ -87,15 +87,15 @@ def initial_signals(parameters: int = len(ESTIMATED)) -> Signals:
 
 def settle_signals_in_place(form: TorqueForm, signals: Signals, velocity: float) -> Signals:
     """Return the filters of a joint that has moved at a velocity (rad/s) for long, under an unknown torque."""
-    share = adhesion_share(abs(velocity), form.stribeck_velocity, form.stribeck_shape)
+    fraction = stiction_fraction(abs(velocity), form.stribeck_velocity, form.stribeck_shape)
     direction = math.copysign(1.0, velocity) if velocity != 0.0 else 0.0
     signals.filters[FILTER_VELOCITY, 0] = velocity
-    signals.filters[FILTER_COULOMB, 0] = direction * (1.0 - share)
-    signals.filters[FILTER_ADHESION, 0] = direction * share
-    signals.bent[BENT, 0] = direction * (1.0 - share)
-    signals.bent[BENT, 1] = direction * share
-    if signals.filters.shape[0] > FILTER_SHARE:
-        signals.filters[FILTER_SHARE, 0] = abs(direction) * share
+    signals.filters[FILTER_COULOMB, 0] = direction * (1.0 - fraction)
+    signals.filters[FILTER_ADHESION, 0] = direction * fraction
+    signals.bent[BENT, 0] = direction * (1.0 - fraction)
+    signals.bent[BENT, 1] = direction * fraction
+    if signals.filters.shape[0] > FILTER_FRACTION:
+        signals.filters[FILTER_FRACTION, 0] = abs(direction) * fraction
         signals.filters[FILTER_SPEED, 0] = abs(velocity)
     return Signals(signals.filters, velocity, signals.bent)
 
@@ -107,7 +107,7 @@ class Bending(NamedTuple):
     ----------
     direction : float
         Its direction; zero at rest.
-    share : float
+    fraction : float
         Share of stiction at its mean speed.
     path : float
         Its length, rad.
@@ -116,7 +116,7 @@ class Bending(NamedTuple):
     """
 
     direction: float
-    share: float
+    fraction: float
     path: float
     first: float
     last: float
@@ -127,7 +127,7 @@ def bending_of(form: TorqueForm, start: float, end: float, duration: float) -> B
     speed, first, last = 0.5 * abs(start + end), start / form.stribeck_velocity, end / form.stribeck_velocity
     return Bending(
         math.copysign(1.0, start + end) if speed > 0.0 else 0.0,
-        adhesion_share(speed, form.stribeck_velocity, form.stribeck_shape),
+        stiction_fraction(speed, form.stribeck_velocity, form.stribeck_shape),
         speed * duration,
         math.exp(-first * first) * abs(first),
         math.exp(-last * last) * abs(last),
@@ -144,8 +144,8 @@ def advance_bent_in_place(
     slip, adhesion, direction = bent[BENT, 0], bent[BENT, 1], bending.direction
     settled = -math.expm1(-bending.path / distance)
     first = bending.first * (direction - slip - adhesion)
-    slip += settled * (direction * (1.0 - bending.share) - slip)
-    adhesion += settled * (direction * bending.share - adhesion)
+    slip += settled * (direction * (1.0 - bending.fraction) - slip)
+    adhesion += settled * (direction * bending.fraction - adhesion)
     last = bending.last * (direction - slip - adhesion)
     advance_filter_in_place(bent[DAMPING], pole, decay, first, last, duration)
     bent[BENT, 0], bent[BENT, 1] = slip, adhesion
@@ -156,8 +156,8 @@ def advance_friction_in_place(form: TorqueForm, signals: Signals, start: float, 
     if duration <= 0.0:
         return
     direction = math.copysign(1.0, start + end) if start + end != 0.0 else 0.0
-    first = adhesion_share(abs(start), form.stribeck_velocity, form.stribeck_shape)
-    last = adhesion_share(abs(end), form.stribeck_velocity, form.stribeck_shape)
+    first = stiction_fraction(abs(start), form.stribeck_velocity, form.stribeck_shape)
+    last = stiction_fraction(abs(end), form.stribeck_velocity, form.stribeck_shape)
     decay = filter_decay(form.pole, duration)
     slip, slips, adhesion, adhesions = (
         direction * (1.0 - first),
@@ -172,10 +172,10 @@ def advance_friction_in_place(form: TorqueForm, signals: Signals, start: float, 
         slips, adhesions = signals.bent[BENT, 0], signals.bent[BENT, 1]
     advance_filter_in_place(signals.filters[FILTER_COULOMB], form.pole, decay, slip, slips, duration)
     advance_filter_in_place(signals.filters[FILTER_ADHESION], form.pole, decay, adhesion, adhesions, duration)
-    if signals.filters.shape[0] > FILTER_SHARE:
+    if signals.filters.shape[0] > FILTER_FRACTION:
         sliding = abs(direction)
         advance_filter_in_place(
-            signals.filters[FILTER_SHARE], form.pole, decay, sliding * first, sliding * last, duration
+            signals.filters[FILTER_FRACTION], form.pole, decay, sliding * first, sliding * last, duration
         )
         advance_filter_in_place(signals.filters[FILTER_SPEED], form.pole, decay, abs(start), abs(end), duration)
 
@@ -230,7 +230,7 @@ def write_regressors(form: TorqueForm, signals: Signals, row: NDArray[np.float64
     row[5] = -signals.filters[FILTER_TORQUE, 1]
     if row.size > 6:
         row[6] = 1.0
-    if signals.filters.shape[0] > FILTER_SHARE:
-        row[7] = signals.filters[FILTER_SHARE, 0]
+    if signals.filters.shape[0] > FILTER_FRACTION:
+        row[7] = signals.filters[FILTER_FRACTION, 0]
         row[8] = signals.filters[FILTER_SPEED, 0]
     return signals.filters[FILTER_TORQUE, 0]  # type: ignore[no-any-return]

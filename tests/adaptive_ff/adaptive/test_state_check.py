@@ -38,11 +38,11 @@ def worked():
     ("path", "value", "allowed"),
     [
         (("weight",), 1.5, "from 0 to 1"),
-        (("share",), -0.1, "from 0 to 1"),
+        (("fed_gain",), -0.1, "from 0 to 1"),
         (("observer", "gain"), 2.0, "from 0 to 1"),
         (("steady",), 1e19, "N m is not allowed: at most"),
         (("unit",), 0.0, "above 0"),
-        (("seen",), 1e6, "at most 100000 rad/s"),
+        (("filtered",), 1e6, "at most 100000 rad/s"),
     ],
 )
 def test_a_state_that_cannot_be_is_refused_with_its_field(path, value, allowed, worked):

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from adaptive_ff.friction.model import TorqueModel, adhesion_share
+from adaptive_ff.friction.model import TorqueModel, stiction_fraction
 from adaptive_ff.learning.series import COEFFICIENTS, series_coefficients, series_regressors, write_physical
 
 JOINT = TorqueModel(20.0, 60.0, 90.0, 80.0, 0.02, 0.05, 1.0)
@@ -128,7 +128,7 @@ def test_coefficients_that_no_joint_has_are_refused_and_the_row_is_left(wrong):
 def test_share_of_stiction_falls_from_one_by_the_power_law(speed, stribeck_velocity, shape):
     for exact in (shape, 1.0, 2.0):
         expected = math.exp(-math.pow(speed / stribeck_velocity, exact))
-        assert adhesion_share(speed, stribeck_velocity, exact) == pytest.approx(expected, rel=1e-12)
+        assert stiction_fraction(speed, stribeck_velocity, exact) == pytest.approx(expected, rel=1e-12)
 
 
 def test_names_follow_the_order_of_the_regression():

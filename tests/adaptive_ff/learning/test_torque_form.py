@@ -11,7 +11,7 @@ from adaptive_ff.learning.sliding_gate import sliding_time
 from adaptive_ff.learning.torque_form import (
     FILTER_ADHESION,
     FILTER_COULOMB,
-    FILTER_SHARE,
+    FILTER_FRACTION,
     FILTER_SPEED,
     FILTER_TORQUE,
     TorqueForm,
@@ -80,7 +80,7 @@ def test_g_and_h_are_filtered_exactly_with_the_jump_at_the_moment_of_reversal(st
             lambda t, sizes=sizes: direction(t) * np.interp(t, times, sizes), times[-1], list(times[1:-1])
         )
         assert found[index, 0] == pytest.approx(expected, abs=1e-9)
-    for index, sizes in ((FILTER_SHARE, shares), (FILTER_SPEED, np.abs(nodes))):  # these do not jump
+    for index, sizes in ((FILTER_FRACTION, shares), (FILTER_SPEED, np.abs(nodes))):  # these do not jump
         expected = impulse_response_integral(
             lambda t, sizes=sizes: np.interp(t, times, sizes), times[-1], list(times[1:-1])
         )
