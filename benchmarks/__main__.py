@@ -71,7 +71,7 @@ def run(
                     named=named or None,
                     workers=workers,
                     executor=executor,
-                    progress=lambda share, task=task: bars.update(task, completed=share),
+                    progress=lambda fraction, task=task: bars.update(task, completed=fraction),
                 )
                 file = result.write(folder)
             except Exception as error:  # whatever it is, the other suites do not end for it

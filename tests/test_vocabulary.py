@@ -10,6 +10,8 @@ ROOT = Path(__file__).resolve().parent.parent
 ROOMS = ("report", "cli", "comparison", "studies", "simulation", "scenario", "playground", "baselines", "blocks")
 ROOMS += ("adaptive", "learning", "friction", "identify", "logs", "replay")
 ROOMS += ("export", "../controllers", "../plant", "../docs", "../examples")
+ROOMS += ("adaptive", "learning", "friction", "identify", "logs", "replay")
+ROOMS += ("export", "../controllers", "../plant", "../docs", "../examples", "../benchmarks")
 
 TERMS = {
     **dict.fromkeys(("told", "untold"), "given, unspecified, known"),

@@ -27,7 +27,7 @@ Array = NDArray[np.float64]
 
 
 def rules(period: float, seed: int) -> dict[str, Rule]:
-    """Return the corrections, as shares of the largest, by sample and position (rad)."""
+    """Return the corrections, as fractions of the largest, by sample and position (rad)."""
     draws = np.random.default_rng([seed, 5]).uniform(-1.0, 1.0, round((LEARNING + HOSTILE) / period))
     return {
         "none": lambda sample, position: 0.0,

@@ -33,7 +33,7 @@ NOISE = (2e-4, 8e-3)
 """Least and largest noise of the measured velocity over the peak speed; or a count of the encoder a period."""
 
 BANDWIDTHS = (0.04, 0.1)  # smallest and largest bandwidth of the loop over the sampling rate, without delay
-DELAYS = {0: 1.0, 1: 0.45, 2: 0.3}  # periods of delay of the drive, and the share of the bandwidth that they leave
+DELAYS = {0: 1.0, 1: 0.45, 2: 0.3}  # periods of delay of the drive, and the fraction of the bandwidth that they leave
 LONGEST_STEP = 1e-3  # step of the simulated joint, s, about; shorter where its friction asks for it
 KINDS = ("stribeck", "lugre", "elasto_plastic")  # kinds of friction, as often the one as the other
 WEIGHTS = (0.1, 3.0)  # smallest and largest torque of the weight of a machine in a cascade, over its Coulomb friction
@@ -41,7 +41,7 @@ WEIGHTS = (0.1, 3.0)  # smallest and largest torque of the weight of a machine i
 RIGID = {"inertia", "coulomb", "stiction", "viscous", "stribeck_velocity", "stribeck_shape", "friction_lag"}
 """Fields of a joint that one with an elastic gear has as well, the lag but of one without LuGre friction."""
 
-LINK_SHARES = (0.3, 0.8)  # smallest and largest share of the inertia that is beyond the gear
+LINK_FRACTIONS = (0.3, 0.8)  # smallest and largest fraction of the inertia that is beyond the gear
 RESONANCES = (3.0, 10.0)  # smallest and largest resonance of a gear over the bandwidth of the loop
 GEAR_DAMPING = 0.05  # damping of that resonance
 GAPS = (1e-4, 5e-3)  # smallest and largest play, in seconds of the peak speed
@@ -180,12 +180,12 @@ def draw_elastic(seed: int, draw: int) -> Scenario:
     Nothing of the gear is given. Friction is that of the motor, the Stribeck curve with its lag.
     """
     machine, generator = draw_machine(seed, draw), np.random.default_rng([seed, draw, GEAR_STREAM])
-    share, inertia = float(generator.uniform(*LINK_SHARES)), machine.joint.inertia
-    reduced = share * (1.0 - share) * inertia
+    fraction, inertia = float(generator.uniform(*LINK_FRACTIONS)), machine.joint.inertia
+    reduced = fraction * (1.0 - fraction) * inertia
     resonance = 2.0 * math.pi * machine.feedback.bandwidth * log_uniform(generator, RESONANCES)
     joint = machine.joint.model_dump(include=RIGID) | {
         "kind": "backlash" if draw % 2 else "elastic",
-        "link_share": share,
+        "link_share": fraction,
         "link_stiffness": resonance**2 * reduced,
         "link_damping": 2.0 * GEAR_DAMPING * resonance * reduced,
     }
@@ -197,14 +197,14 @@ def draw_elastic(seed: int, draw: int) -> Scenario:
 def draw_saturating(seed: int, draw: int) -> Scenario:
     """Return a joint drawn around the built-in one (even draws) or a machine, whose drive saturates unreported.
 
-    The controllers know only what they ask the drive for. Its limit is a share of the torque that the true parameters
+    The controllers know only what they ask the drive for. Its limit is a fraction of the torque that true parameters
     need along the plan.
     """
     scenario = (draw_machine if draw % 2 else draw_joint)(seed, draw // 2)
     without = {"torque_limit": None} if scenario.actuator.torque_limit else {}
     run = simulate(scenario.modified(actuator=without), "oracle", uncertain=False)
-    share = float(np.random.default_rng([seed, draw, SATURATION_STREAM]).uniform(*SATURATIONS))
-    needed = share * float(np.quantile(np.abs(run.torque), PEAK_QUANTILE))
+    fraction = float(np.random.default_rng([seed, draw, SATURATION_STREAM]).uniform(*SATURATIONS))
+    needed = fraction * float(np.quantile(np.abs(run.torque), PEAK_QUANTILE))
     limit = max(needed, ABOVE_STICTION * scenario.joint.stiction)
     return scenario.modified(actuator={"torque_limit": limit, "reports_torque": False})
 

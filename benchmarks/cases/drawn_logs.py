@@ -35,7 +35,7 @@ class Case(NamedTuple):
     enough: bool  # whether it has ten reversals, 30 s, and a tenth of its torque from the inertia
 
 
-class Course(NamedTuple):
+class Motion(NamedTuple):
     """A motion: time, position, velocity, acceleration at the fine rate."""
 
     time: Array
@@ -49,7 +49,7 @@ def between(generator: np.random.Generator, low: float, high: float) -> float:
     return float(low * (high / low) ** generator.random())
 
 
-def draw_motion(generator: np.random.Generator, duration: float, speed: float, pace: float) -> Course:
+def draw_motion(generator: np.random.Generator, duration: float, speed: float, pace: float) -> Motion:
     """Draw a motion: sines, moves from point to point, or a triangle with rounded corners."""
     time = np.arange(round((duration + 1.0) * FINE)) / FINE - 1.0
     kind = generator.integers(3)
@@ -75,7 +75,7 @@ def draw_motion(generator: np.random.Generator, duration: float, speed: float, p
     velocity *= speed / np.quantile(np.abs(velocity), 0.98)
     position = np.cumsum(velocity) / FINE
     position += generator.uniform(-1.0, 1.0) - position.mean()
-    return Course(time, position, velocity, np.gradient(velocity, 1.0 / FINE))
+    return Motion(time, position, velocity, np.gradient(velocity, 1.0 / FINE))
 
 
 class Law(NamedTuple):
@@ -102,9 +102,9 @@ def _over_path(velocity: Array, limit: Array, path: float, steep: float = 1.0) -
     return np.array(result)
 
 
-def draw_friction(generator: np.random.Generator, kind: str, coulomb: float, viscous: float, course: Course) -> Law:
+def draw_friction(generator: np.random.Generator, kind: str, coulomb: float, viscous: float, motion: Motion) -> Law:
     """Draw a friction law."""
-    velocity, top = course.velocity, float(np.quantile(np.abs(course.velocity), 0.98))
+    velocity, top = motion.velocity, float(np.quantile(np.abs(motion.velocity), 0.98))
     speed, sign = np.abs(velocity), np.sign(velocity)
     static = coulomb * sign + viscous * velocity
     if kind == "lag":
@@ -134,11 +134,11 @@ def draw_friction(generator: np.random.Generator, kind: str, coulomb: float, vis
             coulomb * (2.0 / np.pi) * np.arctan(velocity / (top * between(generator, 0.005, 0.05))) + viscous * velocity
         )
     if kind == "warming":
-        warm = 1.0 + generator.uniform(-0.3, 0.3) * np.exp(-(course.time + 1.0) / between(generator, 5.0, 100.0))
+        warm = 1.0 + generator.uniform(-0.3, 0.3) * np.exp(-(motion.time + 1.0) / between(generator, 5.0, 100.0))
         return Law(static, static * warm)
     if kind == "position":
         period = between(generator, 0.05, 2.0)
-        wave = 1.0 + generator.uniform(0.1, 0.4) * np.sin(2.0 * np.pi * course.position / period)
+        wave = 1.0 + generator.uniform(0.1, 0.4) * np.sin(2.0 * np.pi * motion.position / period)
         return Law(static, static * wave)
     return Law(static, static)
 
@@ -162,27 +162,27 @@ def make_case(seed: int, *, foreign: bool | None = None, record: int = 0) -> Cas
     counts, level, jitter = 2.0 ** generator.integers(12, 21), between(generator, 0.005, 0.1), generator.random()
     moves = np.random.default_rng([seed, 2, record])
     duration = float(moves.uniform(15.0, 60.0))
-    course = draw_motion(moves, duration, speed, pace)
-    law = draw_friction(generator, kind, coulomb, viscous, course)
-    pull = weight * np.sin(course.position + phase)
-    torque, position = inertia * course.acceleration + law.torque + offset + pull, course.position
+    motion = draw_motion(moves, duration, speed, pace)
+    law = draw_friction(generator, kind, coulomb, viscous, motion)
+    pull = weight * np.sin(motion.position + phase)
+    torque, position = inertia * motion.acceleration + law.torque + offset + pull, motion.position
     if kind == "load":
-        torque = torque + generator.uniform(0.05, 0.3) * np.abs(pull + inertia * course.acceleration) * np.sign(
-            course.velocity
+        torque = torque + generator.uniform(0.05, 0.3) * np.abs(pull + inertia * motion.acceleration) * np.sign(
+            motion.velocity
         )
     if kind == "elastic":
         stiffness = 0.5 * inertia * (2.0 * np.pi * between(generator, 8.0, 40.0) * max(1.0, pace)) ** 2
         position = position + signal.fftconvolve(torque, np.ones(20) / 20, "same") / stiffness
     if kind == "coupled":
         rates = pace * np.array([between(moves, 0.2, 3.0) for _ in range(4)])
-        other = np.sin(2.0 * np.pi * np.outer(course.time, rates) + moves.uniform(0, 6.3, 4)).sum(axis=1)
+        other = np.sin(2.0 * np.pi * np.outer(motion.time, rates) + moves.uniform(0, 6.3, 4)).sum(axis=1)
         torque = torque + generator.uniform(0.05, 0.25) * np.std(torque) * other / np.std(other)
     if kind == "late":
         torque = _lagged(torque, between(generator, 0.001, 0.01))
         torque = np.roll(torque, round(FINE / rate * generator.uniform(-0.5, 1.0)))
     return _sampled(
         moves,
-        Case(_log(seed, course.time, torque, position), _truth(inertia, law, course), kind, duration, False),
+        Case(_log(seed, motion.time, torque, position), _truth(inertia, law, motion), kind, duration, False),
         rate,
         counts,
         level,
@@ -194,9 +194,9 @@ def _log(seed: int, time: Array, torque: Array, position: Array) -> Log:
     return Log(f"log {seed}", time, torque, position=position)
 
 
-def _truth(inertia: float, law: Law, course: Course) -> dict[str, float]:
-    moving = np.abs(course.velocity) > 0.02 * np.quantile(np.abs(course.velocity), 0.95)
-    columns = np.column_stack([np.sign(course.velocity), course.velocity])[moving]
+def _truth(inertia: float, law: Law, motion: Motion) -> dict[str, float]:
+    moving = np.abs(motion.velocity) > 0.02 * np.quantile(np.abs(motion.velocity), 0.95)
+    columns = np.column_stack([np.sign(motion.velocity), motion.velocity])[moving]
     line = np.linalg.lstsq(columns, law.static[moving])[0]
     return {"inertia": inertia, "coulomb": float(line[0]), "viscous": float(line[1])}
 

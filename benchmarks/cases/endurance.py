@@ -31,11 +31,11 @@ KINDS = ("motion", "motion", "rest", "constant speed", "saturation", "dropout", 
 """What a minute may hold; motion twice as often as the others."""
 
 FRICTION = (0.6, 1.5)  # range of the factor on friction
-LOAD = 0.15  # largest load, as a share of the torque limit
+LOAD = 0.15  # largest load, as a fraction of the torque limit
 HURRY = 6.0  # how many times faster the motion that meets the torque limit reverses
 LONGEST_LOSS = 5.0  # longest loss of the measurement, s
 ABSURD = (np.inf, -np.inf, 1e306, -1e160, 1e12)  # values of a broken word on a bus, rad/s
-RESTARTS = 0.2  # share of the parts after which the controller is made anew
+RESTARTS = 0.2  # fraction of the parts after which the controller is made anew
 
 
 def drawn_joint(draw: int) -> Scenario:

@@ -109,11 +109,11 @@ def drawn_plan(kind: str, speed: float, period: float, random: np.random.Generat
             plan[k] = plan[k - 1] + min(max(goal - plan[k - 1], -slope), slope)
         return plan
     while begin < time.size:
-        share = np.linspace(0.0, 1.0, round(random.uniform(0.4, 3.0) / period), endpoint=False)
+        fraction = np.linspace(0.0, 1.0, round(random.uniform(0.4, 3.0) / period), endpoint=False)
         top, ramp = speed * random.uniform(0.1, 1.0), random.uniform(0.1, 0.4)
-        smooth, straight = 16.0 * np.square(share * (1.0 - share)), np.minimum(share, 1.0 - share) / ramp
+        smooth, straight = 16.0 * np.square(fraction * (1.0 - fraction)), np.minimum(fraction, 1.0 - fraction) / ramp
         stroke = sign * top * (smooth if kind == "moves" else np.minimum(1.0, straight))
-        end = min(time.size, begin + share.size)
+        end = min(time.size, begin + fraction.size)
         plan[begin:end] = stroke[: end - begin]
         sign = -sign if random.random() < 0.8 else sign
         begin = end + round(float(random.choice([0.0, 0.1, 0.5])) / period)
@@ -179,10 +179,10 @@ class Velocity:
         if loop.sensor == "low-passed encoder":
             self._velocity = difference + self._keep * (self._velocity - difference)
             return self._velocity
-        share, moved = -math.expm1(-TRACKING * loop.period), loop.period * self._velocity
+        fraction, moved = -math.expm1(-TRACKING * loop.period), loop.period * self._velocity
         missed = self.reading - self._tracked - moved
-        self._tracked += moved + share * (2.0 - share) * missed
-        self._velocity += share * share / loop.period * missed
+        self._tracked += moved + fraction * (2.0 - fraction) * missed
+        self._velocity += fraction * fraction / loop.period * missed
         return self._velocity
 
 
@@ -211,17 +211,17 @@ def drive(
     run = Driven(*(np.empty(plan.size - 1) for _ in Driven._fields))
     for k in range(plan.size - 1):
         run.errors[k] = path[k] - motion[0] if loop.cascade else plan[k] - motion[1]
-        measured, told = sensor.step(float(motion[0]), float(motion[1])), {}
+        measured, given = sensor.step(float(motion[0]), float(motion[1])), {}
         run.times[k], run.readings[k], run.measured[k] = time, sensor.reading, measured
         if loop.cascade:
-            told["correction"] = outer.step(float(path[k]), sensor.reading)
+            given["correction"] = outer.step(float(path[k]), sensor.reading)
         if tells_position:
-            told["position"] = sensor.reading
+            given["position"] = sensor.reading
         if loop.tells_plan:
-            told["next_reference"] = float(plan[k + 1])
+            given["next_reference"] = float(plan[k + 1])
         if loop.tells_torque and k > 0:
-            told["realised_torque"] = acted
-        torque = controller.step(float(plan[k]), measured, **told)
+            given["realised_torque"] = acted
+        torque = controller.step(float(plan[k]), measured, **given)
         if loop.levels > 0:
             torque = min(max(step * round(torque / step), -largest), largest)
         acted, coming = (coming, torque) if loop.delay > 0 else (torque, torque)
@@ -232,14 +232,14 @@ def drive(
 
 
 def loop_gains(joint: DrawnJoint, loop: DrawnLoop) -> tuple[float, float, float]:
-    """Return both gains of the PI loop, for the inertia that is told, and its sampling period (s)."""
-    told = loop.inertia_error * joint.inertia
-    design = PI.design(inertia=told, period=loop.period, bandwidth=loop.bandwidth)
+    """Return both gains of the PI loop, for the given inertia, and its sampling period (s)."""
+    given = loop.inertia_error * joint.inertia
+    design = PI.design(inertia=given, period=loop.period, bandwidth=loop.bandwidth)
     return design.proportional, design.integral, loop.period
 
 
-def told_of(joint: DrawnJoint, loop: DrawnLoop) -> dict[str, float]:
-    """Return what the adaptive controller is told of a joint and its loop, beside its gains."""
+def known_of(joint: DrawnJoint, loop: DrawnLoop) -> dict[str, float]:
+    """Return what is given to the adaptive controller of a joint and its loop, beside its gains."""
     return {
         "inertia": loop.inertia_error * joint.inertia,
         "stribeck_velocity": 2.0 * joint.stribeck_velocity,
@@ -272,7 +272,7 @@ def made(name: str, joint: DrawnJoint, loop: DrawnLoop, **options: Any) -> Any:
     gains = loop_gains(joint, loop)
     if name == "pi":
         return PI(*gains)
-    given = told_of(joint, loop)
+    given = known_of(joint, loop)
     if name == "disturbance_observer":
         bandwidth = min(loop.bandwidth, OBSERVER)
         return DisturbanceObserver(*gains, inertia=given["inertia"], bandwidth=bandwidth, delay=given["delay"])
@@ -317,7 +317,7 @@ def coarse_encoders(count: int, first: int = 1) -> list[Case]:
     ]
 
 
-SHARES = (0.0, 0.1, 0.3, 0.6)  # amplitude of the cogging of drawn joints, over their Coulomb friction
+FRACTIONS = (0.0, 0.1, 0.3, 0.6)  # amplitude of the cogging of drawn joints, over their Coulomb friction
 
 FEWEST_COUNTS, COARSEST = 20.0, 0.02
 """Counts in a period of cogging, and a count in a sampling period over the largest speed, that are taken."""
@@ -325,16 +325,16 @@ FEWEST_COUNTS, COARSEST = 20.0, 0.02
 OBSERVER = 10.0  # largest bandwidth of the disturbance observer of drawn joints, Hz; else it is that of the loop
 
 
-def run_cogged(seed: int, share: float, given: bool, controllers: list[str]) -> Found:
+def run_cogged(seed: int, fraction: float, given: bool, controllers: list[str]) -> Found:
     """Drive the joint of a seed with cogging, whose period the controller is given or not."""
     joint, loop, plan = draw(seed)
-    cogged = joint._replace(cogging=share * joint.coulomb)
+    cogged = joint._replace(cogging=fraction * joint.coulomb)
     options = {"parameters": WITH_OFFSET, "ripple_periods": [2.0 * math.pi / joint.poles] if given else []}
     runs = {}
     for name in dict.fromkeys(["pi", *controllers]):
         one = made(name, cogged, loop, **(options if name not in ("pi", "disturbance_observer") else {}))
         runs[name] = drive(one, cogged, loop, plan, seed, tells_position=True)
-    row = f"{share:g} of Fc, period {'given' if given else 'unspecified'}"
+    row = f"{fraction:g} of Fc, period {'given' if given else 'unspecified'}"
     return {"": {"row": row}, **_figures(runs, loop)}
 
 
@@ -342,8 +342,8 @@ def cogging(count: int, first: int = 1) -> list[Case]:
     """Return those of the same joints whose encoder resolves cogging, with some of it."""
     seeds = [seed for seed in range(first, first + 2 * count) if _resolves(seed)][:count]
     return [
-        Case(f"{share:g}, {given}/{seed}", seed, partial(run_cogged, seed, share, given))
-        for share, given, seed in itertools.product(SHARES, (False, True), seeds)
+        Case(f"{fraction:g}, {given}/{seed}", seed, partial(run_cogged, seed, fraction, given))
+        for fraction, given, seed in itertools.product(FRACTIONS, (False, True), seeds)
     ]
 
 

@@ -68,9 +68,9 @@ def _friction_laws() -> Reported:
 
     if not DATA.is_file():
         raise ValueError("the measured record is not beside this repository")
-    fits, asked = fit_all(read_record(DATA)), {law.name: law.share for law in LAWS}
+    fits, asked = fit_all(read_record(DATA)), {law.name: law.fraction for law in LAWS}
     shares = {fit.law: fit.tested / fits[0].tested for fit in fits}
-    return [(law, share, share <= asked[law] if law in asked else None) for law, share in shares.items()]
+    return [(law, fraction, fraction <= asked[law] if law in asked else None) for law, fraction in shares.items()]
 
 
 def friction_laws(count: int = 1, first: int = 1) -> list[Case]:

@@ -68,7 +68,7 @@ def make_pi(machine: Machine, setup: Setup) -> Separate:
 def make_fixed(machine: Machine, setup: Setup) -> Separate:
     """Make loops with feedforward from the true friction and the inertia in the middle of the motion.
 
-    A joint that MuJoCo's Coulomb friction holds at rest creeps, and this one is told: with friction held, it is up to
+    A joint that MuJoCo's Coulomb friction holds at rest creeps, which is known here: with friction held, it is up to
     five times worse.
     """
     period, made = 1.0 / setup.rate, []

@@ -28,8 +28,11 @@ class Plan(NamedTuple):
 def multisines(axes: tuple[Axis, ...], seed: int, duration: float, period: float) -> Plan:
     """Draw a sum of sines for each axis, which rises from rest and keeps within its swing."""
     time = period * np.arange(round(duration / period) + 1)
-    share = np.clip(time / FADE, 0.0, 1.0)
-    rise, slope = share**3 * (10.0 - 15.0 * share + 6.0 * share**2), 30.0 * share**2 * (1.0 - share) ** 2 / FADE
+    fraction = np.clip(time / FADE, 0.0, 1.0)
+    rise, slope = (
+        fraction**3 * (10.0 - 15.0 * fraction + 6.0 * fraction**2),
+        30.0 * fraction**2 * (1.0 - fraction) ** 2 / FADE,
+    )
     velocity, position = np.zeros((2, time.size, len(axes)))
     for place, axis in enumerate(axes):
         generator = np.random.default_rng([seed, place, 5])

@@ -83,7 +83,7 @@ def squares_of(
 ) -> NDArray[np.float64]:
     """Return the squared error of each sample.
 
-    The true friction and inertia may be fed, and the controller told the torque of the last period.
+    The true friction and inertia may be fed, and the controller given the torque of the last period.
     """
     period, generator = 1.0 / case.rate, np.random.default_rng([seed, 3])
     substeps = math.ceil(period / STEP)

@@ -48,7 +48,7 @@ class Law:
     names: tuple[str, ...]  # names of its parameters, all positive
     start: tuple[float, ...]  # where the search begins
     make: Callable[..., Any]  # makes the joint from the parameters
-    share: float  # largest error that is asked for, as a share of Coulomb friction's
+    fraction: float  # largest error that is asked for, as a fraction of Coulomb friction's
 
 
 def _fields(coulomb: float) -> dict[str, float]:

@@ -13,6 +13,7 @@ import tempfile
 import time
 from collections import Counter
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from types import FunctionType
 from typing import Annotated, Any
@@ -107,10 +108,10 @@ class Verdicts:
         return self.plain.get(number) is not None or self.compiled.get(number) is not None
 
 
-PROGRESS = os.fdopen(os.dup(2), "w")  # where progress is told; pytest captures the other, and forks close it
+PROGRESS = os.fdopen(os.dup(2), "w")  # where progress is written; pytest captures the other, and forks close it
 
 
-def run(count: int, seed: int) -> Verdicts:
+def run(count: int, seed: int, workers: int) -> Verdicts:
     """Draw mutants and try those that have not been tried; another call waits for this one."""
     KEPT.mkdir(parents=True, exist_ok=True)
     with (KEPT / "mutants.lock").open("w") as lock:
@@ -127,21 +128,31 @@ def run(count: int, seed: int) -> Verdicts:
                 status = pytest.main([*OPTIONS, *(str(ROOT / "tests" / name) for name in TESTS)], [session])
             if status != pytest.ExitCode.OK:
                 raise typer.Exit(1)
-            with tempfile.TemporaryDirectory() as folder:
-                copy = Copy(Path(folder))
-                for number in sample:
-                    if not verdicts.killed(number) and number not in verdicts.compiled:
-                        verdicts.add("compiled", number, copy.noticed_by(sample[number], session.slow_tests(number)))
+            left = [number for number in sample if not verdicts.killed(number) and number not in verdicts.compiled]
+            with ThreadPoolExecutor(workers) as pool:
+                list(
+                    pool.map(lambda part: in_copy(verdicts, session, part), (left[k::workers] for k in range(workers)))
+                )
         return verdicts
+
+
+def in_copy(verdicts: Verdicts, session: Mutation, numbers: list[int]) -> None:
+    """Try mutants in a copy of the tree, where kernels are compiled."""
+    with tempfile.TemporaryDirectory() as folder:
+        copy = Copy(Path(folder))
+        for number in numbers:
+            tests = session.slow_tests(number)
+            verdicts.add("compiled", number, copy.noticed_by(verdicts.sample[number], tests))
 
 
 def main(
     count: Annotated[int, typer.Option(min=1, help="Number of mutants that are drawn.")] = 300,
     seed: Annotated[int, typer.Option(help="Seed of the draw.")] = 1,
+    workers: Annotated[int, typer.Option(min=1, help="Copies of the tree in which survivors are tried.")] = 2,
 ) -> None:
     """Print which mutants survive, and how many of each room."""
     start = time.monotonic()
-    verdicts = run(count, seed)
+    verdicts = run(count, seed, workers)
     left = {number: mutant for number, mutant in verdicts.sample.items() if not verdicts.killed(number)}
     for key, reason in EQUIVALENT.items():
         print(f"equivalent: {key[0]}: {key[1]}  ->  {key[2]}: {reason}")

@@ -12,7 +12,7 @@ from benchmarks.mutation.operators import Mutant
 
 ROOT = Path(__file__).resolve().parent.parent.parent
 
-LIMIT = 40  # processor time of the tests of a survivor at most, s; one that is not noticed by then survives
+LIMIT = 25  # processor time of the tests of a survivor at most, s; one that is not noticed by then survives
 
 OPTIONS = ("-x", "-q", "-n", "0", "-p", "no:cacheprovider", "--assert=plain", "--tb=no", "-rfE", "-m", "")
 
@@ -32,9 +32,9 @@ class Copy:
     def noticed_by(self, mutant: Mutant, tests: list[str]) -> str | None:
         """Return the test that fails with a mutant and passes without it, or None."""
         place = Path(mutant.function.__code__.co_filename).relative_to(ROOT)
-        file = self._root / place
+        file, room = self._root / place, f"tests/{place.parent}"
         text = file.read_text(encoding="utf-8")
-        chosen = [*tests, *self._of_room(mutant, place)]
+        chosen = [*sorted(tests, key=lambda name: not name.startswith(room)), *self._of_room(room, mutant)]
         try:
             while chosen:
                 file.write_text(mutant.written(), encoding="utf-8")
@@ -47,11 +47,11 @@ class Copy:
             file.write_text(text, encoding="utf-8")
         return None
 
-    def _of_room(self, mutant: Mutant, place: Path) -> list[str]:
-        """Return the files of the tests of its room that import its module."""
-        module = mutant.function.__module__
-        files = (self._root / "tests" / place.parent).glob("test_*.py")
-        return [str(file.relative_to(self._root)) for file in sorted(files) if module in file.read_text("utf-8")]
+    def _of_room(self, room: str, mutant: Mutant) -> list[str]:
+        """Return the files of the tests of its room, those that import its module first."""
+        module, files = mutant.function.__module__, sorted((self._root / room).glob("test_*.py"))
+        files.sort(key=lambda file: module not in file.read_text("utf-8"))
+        return [str(file.relative_to(self._root)) for file in files]
 
     def _failed(self, tests: list[str]) -> str | None:
         command = [sys.executable, "-m", "pytest", *OPTIONS, *tests]

@@ -31,7 +31,7 @@ LONGEST = 3600.0  # processor time of all tests together at most, s
 
 MARK = "_reached_by_tests"
 
-NO_ANSWER = "out of time"  # what is told of a process that was ended or died
+NO_ANSWER = "out of time"  # the answer of a process that was ended or died
 
 
 class TooSlow(BaseException):

@@ -46,10 +46,10 @@ def series_one_step(coefficients: Array, velocity: Array, torque: Array) -> Arra
 
 def series_free_run(coefficients: Array, velocity: Array, torque: Array) -> Array:
     """Return the velocity (rad/s) that (4) produces from its own outputs, started with the first two samples."""
-    course = velocity.copy()
+    motion = velocity.copy()
     shape = TRUE.stribeck_velocity, TRUE.stribeck_shape
-    run_series(np.ascontiguousarray(coefficients), np.ascontiguousarray(torque), *shape, np.zeros(FIELDS), course)
-    return course
+    run_series(np.ascontiguousarray(coefficients), np.ascontiguousarray(torque), *shape, np.zeros(FIELDS), motion)
+    return motion
 
 
 def models_one_step(models: Array, velocity: Array, torque: Array) -> Array:

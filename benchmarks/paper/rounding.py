@@ -15,7 +15,7 @@ FORGETTING_FACTOR = 0.99
 COVARIANCE = 1e4
 LARGEST = 1e100
 LONG = 3600.0  # s of noise-driven motion
-BLOCK = 100  # samples between looks at the covariance
+CHUNK = 100  # samples between looks at the covariance
 STEADY_SPEED = 0.2  # rad/s
 STEADY_NOISE = 0.002  # rad/s
 STEADY = 60.0  # s of motion at constant speed
@@ -40,7 +40,7 @@ class History(NamedTuple):
     def indefinite(self) -> float:
         """Return the time after which the covariance was found indefinite, s; infinite where it never was."""
         found = np.flatnonzero(~(self.smallest > 0.0))
-        return float((found[0] + 1) * BLOCK * PERIOD) if found.size else float("inf")
+        return float((found[0] + 1) * CHUNK * PERIOD) if found.size else float("inf")
 
 
 def update_rls_printed(
@@ -107,21 +107,21 @@ def watch(form: str, rows: Array, outputs: Array, covariance: float) -> History:
     """Run one form of the recursion and watch its covariance; stop where it has grown beyond all bounds."""
     size = rows.shape[1]
     state, room = RLSState(np.zeros(size), covariance * np.eye(size), np.zeros(size)), np.zeros((size, size))
-    seen, errors = [], np.zeros(outputs.size)
-    for start in range(0, outputs.size - BLOCK + 1, BLOCK):
-        part = slice(start, start + BLOCK)
+    kept_matrices, errors = [], np.zeros(outputs.size)
+    for start in range(0, outputs.size - CHUNK + 1, CHUNK):
+        part = slice(start, start + CHUNK)
         run_form(FORMS.index(form), state, room, rows[part], outputs[part], FORGETTING_FACTOR, errors[part])
-        seen.append(state.covariance.copy())
+        kept_matrices.append(state.covariance.copy())
         if not np.max(np.abs(state.covariance)) < LARGEST:
             break
-    matrices = np.array(seen)
+    matrices = np.array(kept_matrices)
     scale = np.sqrt(np.abs(np.diagonal(matrices, axis1=1, axis2=2)))
     scaled = matrices / (scale[:, :, np.newaxis] * scale[:, np.newaxis, :])
     turned = np.swapaxes(scaled, 1, 2)
     return History(
         np.max(np.abs(scaled - turned), axis=(1, 2)),
         np.linalg.eigvalsh(0.5 * (scaled + turned))[:, 0],
-        errors[: BLOCK * len(seen)],
+        errors[: CHUNK * len(kept_matrices)],
     )
 
 
@@ -129,8 +129,8 @@ def steady_motion() -> tuple[Array, Array]:
     """Return regressors and outputs of a motion at constant speed, with noise in its velocity, none in its torque."""
     count = round(STEADY / PERIOD)
     velocity = STEADY_SPEED + STEADY_NOISE * np.random.default_rng(SEED).standard_normal(count)
-    share = np.exp(-((STEADY_SPEED / TRUE.stribeck_velocity) ** TRUE.stribeck_shape))
-    torque = TRUE.coulomb + (TRUE.stiction - TRUE.coulomb) * share + TRUE.viscous * STEADY_SPEED
+    fraction = np.exp(-((STEADY_SPEED / TRUE.stribeck_velocity) ** TRUE.stribeck_shape))
+    torque = TRUE.coulomb + (TRUE.stiction - TRUE.coulomb) * fraction + TRUE.viscous * STEADY_SPEED
     return regression(velocity, np.full(count, torque))
 
 
@@ -163,4 +163,4 @@ def growth_per_sample(history: History) -> float:
     """Return the factor by which the asymmetry grows a sample, while it is small."""
     small = np.flatnonzero(history.asymmetry > 1e-3)[0]
     values = np.log(history.asymmetry[:small])
-    return float(np.exp(np.polyfit(BLOCK * np.arange(small), values, 1)[0]))
+    return float(np.exp(np.polyfit(CHUNK * np.arange(small), values, 1)[0]))

@@ -25,7 +25,7 @@ READINGS = 100  # of each drive
 SPACING = 5  # samples from one reading to the next: closer ones are not independent, the loop ties them together
 SETTLING = 200  # samples before the first
 SPREAD = 0.03  # standard deviation of a reading, relative
-COMMON = 0.03  # the same of an error that all readings of a drive share
+COMMON = 0.03  # the same of an error that all readings of a drive fraction
 SEEDS = range(1, 501)
 FEWER_SEEDS = range(1, 101)
 LARGEST_ERROR = 10.0  # %
@@ -82,7 +82,7 @@ def simulate_drives(velocities: Array, seed: int) -> SupportPoints:
 def draw_points(seed: int, *, common: float = 0.0) -> tuple[Array, Array, Array]:
     """Draw velocities (rad/s), mean torques and their standard errors (N m) of drives with random readings.
 
-    ``seed``: seed; ``common``: standard deviation of an error that all readings of a drive share, relative to the
+    ``seed``: seed; ``common``: standard deviation of an error that all readings of a drive fraction, relative to the
     torque.
     """
     generator = np.random.default_rng([seed, 1])
@@ -128,10 +128,10 @@ def study_rows(name: str, fits: Sequence[StribeckFit], *, targets: bool) -> list
         asked = ("< 10", error < LARGEST_ERROR) if targets else ("", None)
         rows.append(Row(f"{name}: median error of {NAMES[parameter][0]}, %", error, *asked))
     for parameter, (symbol, _) in NAMES.items():
-        share = coverage(fits, parameter)
-        met = COVERAGE[0] <= share <= COVERAGE[1]
+        fraction = coverage(fits, parameter)
+        met = COVERAGE[0] <= fraction <= COVERAGE[1]
         asked = ("92 to 98", met) if targets and parameter in bent else ("", None)
-        rows.append(Row(f"{name}: 95 % intervals that hold {symbol}, %", share, *asked))
+        rows.append(Row(f"{name}: 95 % intervals that hold {symbol}, %", fraction, *asked))
     return rows
 
 
