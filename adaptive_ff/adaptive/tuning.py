@@ -61,6 +61,8 @@ class Tuning(NamedTuple):
         Memory of the observer's gate, s.
     explained : float
         Coefficient of determination of the error by the response to the observed torque, from which its gain is one.
+    fastest : float
+        Pole of the observer at most, rad/s.
     observed_fraction : float
         Fraction of the lacking torque that is observed: the rest bounds it where a drive gives less than it is asked.
     fade : float
@@ -104,5 +106,6 @@ class Tuning(NamedTuple):
     moving: float = 20.0
     gate_memory: float = 1.0
     explained: float = 0.5
+    fastest: float = 100.0
     observed_fraction: float = 0.85
     fade: float = 1.0
