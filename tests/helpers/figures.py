@@ -1,0 +1,178 @@
+"""Figures of short runs of everything, to seven digits; ``python tests/helpers/figures.py`` stores those of today.
+
+A change of behaviour shows here, by name; whether it is wanted, the suites of ``benchmarks`` say.
+"""
+
+import json
+import warnings
+from dataclasses import asdict
+from pathlib import Path
+
+import numpy as np
+
+from adaptive_ff import load_scenario, simulate
+from adaptive_ff.comparison.registry import CONTROLLERS
+from adaptive_ff.identify.identification import identify_log
+from adaptive_ff.identify.score import score_log
+from adaptive_ff.logs.log import Log
+from adaptive_ff.replay.replay import replay_log
+from controllers import PI, fastest_bandwidth
+
+STORED = Path(__file__).resolve().parent.parent / "figures.json"
+
+SCENARIOS = [
+    "paper_100hz",
+    "noisy_1khz",
+    "encoder",
+    "encoder_difference",
+    "jittered_22ms",
+    "asymmetric",
+    "servo",
+    "high_stiction",
+    "via_points",
+    "triangle",
+    "pick_and_place",
+    "positioning",
+    "friction_triples",
+    "load_step_80",
+    "payload_double",
+    "vs_half",
+    "inertia_low",
+    "inertia_high",
+    "delay",
+    "delay_unknown",
+    "saturation",
+    "lugre",
+    "elastic",
+    "backlash",
+    "gravity_40",
+    "elasto_plastic",
+    "maxwell",
+    "rolling",
+    "friction_over_position",
+    "friction_over_load",
+    "friction_over_temperature",
+    "slow_025",
+    "steep_10",
+    "standstill",
+]
+"""Scenarios in which ``adaptive`` runs; each other controller runs in the first."""
+
+
+FEATURES = {
+    "gravity": ("gravity_100", {"adaptation": {"identify": "gravity"}}),
+    "ripples": ("gravity_40", {"adaptation": {"identify": "gravity", "ripple_periods": [0.05, 0.4]}}),
+    "periods": ("friction_over_position", {"adaptation": {"position_periods": [0.5]}}),
+    "hats": ("friction_over_position", {"adaptation": {"position_hats": 6, "position_range": [-1.5, 1.5]}}),
+    "less friction": ("high_stiction", {"adaptation": {"friction_share": 0.6, "memory": 20.0}}),
+    "late": ("noisy_1khz", {"actuator": {"delay": 0.002}}),
+    "unspecified limit": ("saturation", {"actuator": {"reports_torque": False}}),
+}
+"""Features of ``adaptive``: a scenario, and what is changed in it."""
+
+
+def rms(series):
+    return float(np.sqrt(np.mean(np.square(series))))
+
+
+def short(name, seconds=8.0):
+    """Return a scenario of the package, or with a feature, shortened: what changes does so as far on the way."""
+    name, changes = FEATURES.get(name, (name, {}))
+    scenario = load_scenario(name).modified(**changes)
+    scale = min(1.0, seconds / scenario.duration)
+    change = [{**one.model_dump(exclude_unset=True), "time": round(one.time * scale, 2)} for one in scenario.change]
+    return scenario.modified(duration=seconds, seed=101, **({"change": change} if change else {}))
+
+
+def run_figures(name, controller="adaptive"):
+    """Return errors, torque and estimates of a run."""
+    run = simulate(short(name), CONTROLLERS[controller](short(name)), name=controller)
+    error = run.reference - run.velocity if run.position_error is None else run.position_error
+    found = {"error": rms(error), "late error": rms(error[error.size // 2 :]), "torque": rms(run.torque)}
+    found |= {"feedforward": rms(run.feedforward)}
+    found |= {f"estimate {key}": float(values[-1]) for key, values in run.estimates.items()}
+    found |= {f"uncertainty {key}": float(values[-1]) for key, values in run.uncertainties.items()}
+    return found
+
+
+def recorded(kind, seconds=20.0, seed=101, **joint):
+    """Return the log of a joint under PI."""
+    scenario = load_scenario("paper_100hz").modified(
+        seed=seed, duration=seconds, sampling={"period": 0.005}, joint={"kind": kind, "solver_period": 5e-4, **joint}
+    )
+    run = simulate(scenario, "pi")
+    size, generator = run.time.size, np.random.default_rng(seed)
+    position = np.cumsum(run.velocity)[:: run.velocity.size // size][:size] * scenario.joint.solver_period
+    torque = run.torque[:size] + 0.3 * generator.standard_normal(size)
+    return Log(f"{kind} {seed}", run.time, torque, position=position)
+
+
+JOINT = {"inertia": 20.0, "coulomb": 60.0, "stiction": 90.0, "viscous": 80.0, "stribeck_velocity": 0.05}
+LOGS = {
+    "stribeck": ("stribeck", {}),
+    "lugre": ("lugre", {**JOINT, "stiffness": 2e4}),
+    "viscous": ("stribeck", {"stiction": 60.0, "viscous": 150.0, "friction_lag": 0.0}),
+}
+"""Joints whose logs are identified, replayed and scored."""
+
+
+def numbers(value, name=""):
+    """Yield every number of nested tables with its name."""
+    if isinstance(value, dict):
+        for key, one in value.items():
+            yield from numbers(one, f"{name} {key}".strip())
+    elif isinstance(value, list | tuple):
+        for place, one in enumerate(value):
+            yield from numbers(one, f"{name} {place}")
+    elif isinstance(value, int | float) and not isinstance(value, bool):
+        yield name, float(value)
+
+
+def log_figures(name):
+    """Return what is identified from a log, replayed along another one, and simulated in open loop."""
+    kind, joint = LOGS[name]
+    log, other = recorded(kind, **joint), recorded(kind, seed=102, **joint)
+    found = identify_log(log, validation=other)
+    left = {key: one._asdict() for key, one in replay_log(other).left.items()}
+    return dict(
+        numbers(
+            {
+                "identified": found.to_dict(),
+                "left": left,
+                "score": {
+                    key: value for key, value in score_log(log, other).to_dict().items() if key != "identification"
+                },
+            }
+        )
+    )
+
+
+def design_figures():
+    """Return gains and margins of loops, behind the estimator of an encoder too."""
+    encoder, found = load_scenario("encoder").velocity_estimator, {}
+    for period, delay, velocity in ((0.01, 0, None), (0.001, 2, None), (0.001, 1, encoder)):
+        limit = fastest_bandwidth(period, delay, velocity=velocity)
+        for part in (0.2, 0.6):
+            design = PI.design(20.0, period, part * limit, delay=delay, velocity=velocity)
+            found |= dict(numbers(asdict(design), f"{period} {delay} {part}"))
+    return found
+
+
+CASES = {
+    **{f"adaptive in {name}": (run_figures, (name,)) for name in (*SCENARIOS, *FEATURES)},
+    **{f"{name} in {SCENARIOS[0]}": (run_figures, (SCENARIOS[0], name)) for name in CONTROLLERS},
+    "design": (design_figures, ()),
+    **{f"log of {name}": (log_figures, (name,)) for name in LOGS},
+}
+
+
+def figures(case):
+    """Return the figures of a case."""
+    function, arguments = CASES[case]
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        return {name: float(f"{value:.7g}") for name, value in function(*arguments).items() if np.isfinite(value)}
+
+
+if __name__ == "__main__":
+    STORED.write_text(json.dumps({case: figures(case) for case in CASES}, indent=0) + "\n", encoding="utf-8")
