@@ -197,27 +197,35 @@ def lowpass(corner: float, period: float, tuning: Tuning = TUNING) -> Filter:
 class Rows(NamedTuple):
     """A segment at the working rate (s), behind the wide filter, and which rows of it are regressed.
 
-    ``direction`` is the sign of the velocity, between -1 and 1 where it crosses zero; ``narrow`` the band's filter;
-    ``kept`` are the samples that are rows, and ``slides`` those of them without standstill; ``noise`` is that of the
-    velocity, rad/s.
+    ``narrow`` is the band's filter, None without one; ``kept`` are the samples that are rows, and ``slides`` those of
+    them without standstill, which is below ``slow`` (rad/s); ``noise`` is that of the velocity, rad/s.
     """
 
     period: float
     time: Array
     position: Array
     velocity: Array
-    direction: Array
     torque: Array
     known: Array
-    narrow: Filter
+    narrow: Filter | None
     kept: NDArray[np.int64]
     slides: Mask
+    slow: float
     noise: float
+
+    def in_band(self, values: Array) -> Array:
+        """Return a series, or columns, in the band."""
+        return values if self.narrow is None else self.narrow(values)
 
     def filtered(self, values: Array) -> Array:
         """Return a series in the band at the rows."""
-        result: Array = self.narrow(values)[self.kept]
+        result: Array = self.in_band(values)[self.kept]
         return result
+
+    def unfiltered(self) -> "Rows":
+        """Return every sample as a row, as it is."""
+        everything = np.arange(self.time.size)
+        return self._replace(narrow=None, kept=everything, slides=everything >= 0)
 
 
 def derivative(values: Array, period: float) -> Array:
@@ -247,9 +255,8 @@ def make_rows(segment: Segment, band: float, noise: Noise, fast: float, tuning: 
     apart = max(1, int(1.0 / (tuning.rows_in_cycle * band * step)))
     kept = np.arange(edge, position.size - edge, apart)
     time: Array = (segment.start + step * np.arange(position.size)).astype(np.float64)
-    direction = np.clip(velocity / max(0.3 * slow, 1e-300), -1.0, 1.0)
     slides = stands[kept] < tuning.standstill_fraction
-    return Rows(step, time, position, velocity, direction, torque, known, narrow, kept, slides, scatter)
+    return Rows(step, time, position, velocity, torque, known, narrow, kept, slides, slow, scatter)
 
 
 def even(time: Array, values: Array, grid: Array) -> Array:

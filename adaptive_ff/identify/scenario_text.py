@@ -36,7 +36,7 @@ def reference_columns(found: IdentifiedJoint) -> dict[str, Array]:
     """Return the motion of the longest segment as the columns of a recorded reference."""
     rows = found.motion
     every = max(1, int(0.1 / (found.bandwidth * rows.period)))
-    return joined_ends(rows.time[::every] - rows.time[0], rows.narrow(rows.velocity)[::every])
+    return joined_ends(rows.time[::every] - rows.time[0], rows.in_band(rows.velocity)[::every])
 
 
 def joined_ends(time: Array, velocity: Array) -> dict[str, Array]:

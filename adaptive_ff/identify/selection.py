@@ -147,8 +147,7 @@ def tried(data: Data, model: Model) -> dict[str, tuple[Model, Array]]:
     cache = dict(zip([(name, model.shape) for name in model.names], data.columns(*model).T, strict=True))
     best: dict[str, tuple[Model, Array]] = {}
     for kind, one in refinements(data, model):
-        follows = [name in DRY | VISCOUS or name.startswith("friction_") for name in one.names]
-        keys = [(name, one.shape if bent else model.shape) for name, bent in zip(one.names, follows, strict=True)]
+        keys = [(name, one.shape if _is_friction(name) else model.shape) for name in one.names]
         for name, shape in keys:
             if (name, shape) not in cache:
                 cache[name, shape] = data.columns((name,), shape)[:, 0]
@@ -340,19 +339,33 @@ def _with_intervals(one: _Estimated, names: tuple[str, ...], values: Array, half
 
 
 def _textbook_of(data: Data, names: tuple[str, ...], one: _Estimated) -> Array:
-    """Return the matrix that makes the textbook's parameters of the estimates of a model."""
+    """Return the matrix that makes the textbook's parameters of the estimates of a model.
+
+    Its line of Coulomb and viscous friction is the one through the friction of the model without lag, path and delay;
+    its offset is the mean of the other torques.
+    """
     inner, shape = one.model
     result = np.array([[float(own == name) for own in (*inner, *one.slopes)] for name in names])
-    apart = {"inertia", "torque_delay", *GRAVITY}
-    slow, line = ([place for place, name in enumerate(own) if name not in apart] for own in (inner, names))
-    if inner != names or shape != Shape():
-        static = Model(tuple(inner[place] for place in slow), shape._replace(friction_lag=0.0, path=0.0))
-        bends = _slopes(data, static, one.values[slow])
+    if inner == names and shape == Shape():
+        return result
+    for kind in (_is_friction, _is_load):
+        own = [place for place, name in enumerate(inner) if kind(name)]
+        line = [place for place, name in enumerate(names) if kind(name)]
+        static = Model(tuple(inner[place] for place in own), shape._replace(friction_lag=0.0, path=0.0))
+        bends = _slopes(data, static, one.values[own]) if kind is _is_friction else {}
         torques = np.column_stack([data.columns(*static), *bends.values()])
         bent = [len(inner) + one.slopes.index(name.removeprefix(SLOPE)) for name in bends]
         columns = data.columns(tuple(names[place] for place in line), Shape())
-        result[np.ix_(line, [*slow, *bent])] = np.linalg.lstsq(columns, torques)[0]
+        result[np.ix_(line, [*own, *bent])] = np.linalg.lstsq(columns, torques)[0]
     return result
+
+
+def _is_friction(name: str) -> bool:
+    return name in DRY | VISCOUS or name.startswith("friction_")
+
+
+def _is_load(name: str) -> bool:
+    return name == "offset" or name.startswith("force_")
 
 
 def _slopes(data: Data, model: Model, values: Array) -> dict[str, Array]:

@@ -76,9 +76,9 @@ def make_learner(
     return Learner(tuple(names), hypothesis, curve, offset, first, deviation, torque)
 
 
-def columns_of(learner: Learner, rows: Rows, still: float) -> Array:
-    """Return the unit torques along the motion of a segment; below a speed the joint holds its friction."""
-    velocity = np.where(np.abs(rows.velocity) < still, 0.0, rows.velocity)
+def columns_of(learner: Learner, rows: Rows) -> Array:
+    """Return the unit torques along the motion of a segment; at standstill the joint holds its friction."""
+    velocity = np.where(np.abs(rows.velocity) < rows.slow, 0.0, rows.velocity)
     middle = 0.5 * (velocity[1:] + velocity[:-1])
     edges = np.concatenate([velocity[:1], middle, velocity[-1:]])
     columns = columns_along(learner.hypothesis, learner.curve, edges, rows.period, rows.position)

@@ -280,13 +280,12 @@ def _replayed(
     prepared: Prepared, rows: Rows, learner: Learner, states: dict[str, Member], memory: float
 ) -> dict[str, tuple[Array, Array]]:
     """Return the torque fed along a segment by what was learnt before each sample, and the estimates, by state."""
-    slow = max(0.01 * prepared.fast, 3.0 * rows.noise)
-    columns = columns_of(learner, rows, slow)
+    columns = columns_of(learner, rows)
     response = scipy.signal.butter(2, min(prepared.band, 0.4 / rows.period), fs=1.0 / rows.period, output="sos")
     start = scipy.signal.sosfilt_zi(response)[:, :, np.newaxis]
     measured = scipy.signal.sosfilt(response, columns, axis=0, zi=start * columns[0])[0]
     torque = scipy.signal.sosfilt(response, rows.torque, zi=start[:, :, 0] * rows.torque[0])[0]
-    still = (np.abs(rows.velocity) < slow).astype(float)
+    still = (np.abs(rows.velocity) < rows.slow).astype(float)
     slides = scipy.signal.sosfilt(response, still, zi=start[:, :, 0] * still[0])[0] < 0.2
     held = np.concatenate([torque[:1], torque[:-1]])  # at standstill friction is what the joint was measured to hold
     found = {}
@@ -309,7 +308,7 @@ def _judged(
     inner = [slice(int(one.kept[0]), int(one.kept[-1]) + 1) for one in rows]
 
     def joined(parts: list[Array]) -> Array:
-        return np.concatenate([one.narrow(part)[cut] for one, part, cut in zip(rows, parts, inner, strict=True)])
+        return np.concatenate([one.in_band(part)[cut] for one, part, cut in zip(rows, parts, inner, strict=True)])
 
     torque = joined(needed)
     shown = {name: joined(parts) for name, parts in feeds.items()}
@@ -351,9 +350,7 @@ def _fixed(
 
 def _fixed_torque(found: LogIdentification, prepared: Prepared, rows: Rows) -> Array:
     """Return the torque of the fixed model along a segment."""
-    everywhere = np.ones(rows.velocity.size, dtype=np.bool_)
-    open_rows = rows._replace(kept=np.arange(rows.velocity.size), slides=everywhere, narrow=lambda values: values)  # type: ignore[arg-type]
-    data = Data(prepared._replace(rows=[open_rows]), Map(), not found.linear)
+    data = Data(prepared._replace(rows=[rows.unfiltered()]), Map(), not found.linear)
     names = tuple(name for name in found.best.model.names if name != "torque_delay")
     return np.asarray(data.columns(names, found.best.model.shape) @ [found.best.values[name] for name in names])
 
