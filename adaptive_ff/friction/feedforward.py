@@ -239,36 +239,6 @@ def friction_along(
     return total, friction, slip, adhesion
 
 
-def feedforward_parts(
-    model: TorqueModel,
-    state: FeedforwardState,
-    inputs: Inputs,
-    period: float,
-    delay: float = 0.0,
-    inertia: float = math.nan,
-    turned: float = 0.0,
-    touched: float = 0.0,
-) -> tuple[float, float, FeedforwardState]:
-    """Return the torque (N m), the friction in it without the offset, and the new state; see ``step_feedforward``."""
-    moved = inertia if math.isfinite(inertia) else model.inertia
-    start, end = coming_plan(state, inputs, delay)
-    if state.started:
-        before = (inputs.reference - state.reference) * period / inputs.dt
-        turned = held_speed(turned, touched / period, state.turned, before, start, end)
-    friction, slip, adhesion = state.friction, state.slip, state.adhesion
-    if start * end < 0.0:
-        turn = period * start / (start - end)
-        before, friction, slip, adhesion = friction_along(model, friction, slip, adhesion, start, 0.0, turn, turned)
-        rest = period - turn
-        after, friction, slip, adhesion = friction_along(model, friction, slip, adhesion, 0.0, end, rest, turned)
-        integral = before + after
-    else:
-        integral, friction, slip, adhesion = friction_along(model, friction, slip, adhesion, start, end, period, turned)
-    torque = (moved * (end - start) + integral) / period + model.offset
-    new = FeedforwardState(friction, inputs.reference, True, slip, adhesion, turned)
-    return torque, integral / period, new
-
-
 def step_feedforward(
     model: TorqueModel,
     state: FeedforwardState,
@@ -299,5 +269,19 @@ def step_feedforward(
         Speed (rad/s) and path (rad) of a reversed reference up to which friction of the last direction is held; see
         :class:`adaptive_ff.friction.turning.Turning`.
     """
-    torque, _, new = feedforward_parts(model, state, inputs, period, delay, inertia, turned, touched)
-    return torque, new
+    moved = inertia if math.isfinite(inertia) else model.inertia
+    start, end = coming_plan(state, inputs, delay)
+    if state.started:
+        before = (inputs.reference - state.reference) * period / inputs.dt
+        turned = held_speed(turned, touched / period, state.turned, before, start, end)
+    friction, slip, adhesion = state.friction, state.slip, state.adhesion
+    if start * end < 0.0:
+        turn = period * start / (start - end)
+        before, friction, slip, adhesion = friction_along(model, friction, slip, adhesion, start, 0.0, turn, turned)
+        rest = period - turn
+        after, friction, slip, adhesion = friction_along(model, friction, slip, adhesion, 0.0, end, rest, turned)
+        integral = before + after
+    else:
+        integral, friction, slip, adhesion = friction_along(model, friction, slip, adhesion, start, end, period, turned)
+    torque = (moved * (end - start) + integral) / period + model.offset
+    return torque, FeedforwardState(friction, inputs.reference, True, slip, adhesion, turned)

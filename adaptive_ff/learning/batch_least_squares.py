@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from scipy import linalg, special
+from scipy import special
 
 from adaptive_ff.learning.confidence import check_confidence
 from controllers.arrays import ArrayLike, NDArray
@@ -53,14 +53,9 @@ class LeastSquaresFit:
     residuals : ndarray, shape (m,)
         Output minus prediction, of the data rows.
     condition_number : float
-        Ratio of the largest to the smallest singular value of the scaled regressors (and prior rows).
-    raw_condition_number : float
-        The same without scaling: what the units of the columns make of it.
+        Ratio of the largest to the smallest singular value of the scaled regressors.
     confidence : float
         Probability that the intervals are meant to have.
-    inverse : ndarray, shape (n, n)
-        Inverse of the square factor: the regressors (and prior rows) times it have orthonormal columns, and
-        ``inverse inverse'`` is ``(X'X)^-1``.
     """
 
     names: tuple[str, ...]
@@ -68,19 +63,12 @@ class LeastSquaresFit:
     covariance: Array
     residuals: Array
     condition_number: float
-    raw_condition_number: float
     confidence: float
-    inverse: Array
 
     @property
     def degrees_of_freedom(self) -> int:
         """Rows of data minus parameters."""
         return self.residuals.size - self.values.size
-
-    @property
-    def residual_rms(self) -> float:
-        """Root mean square of the residuals, in the unit of the output."""
-        return float(np.sqrt(np.mean(self.residuals**2)))
 
     @property
     def standard_errors(self) -> Array:
@@ -112,7 +100,6 @@ def fit_least_squares(
     outputs: ArrayLike,
     *,
     names: Sequence[str] | None = None,
-    prior_information: ArrayLike | None = None,
     confidence: float = 0.95,
     correlated_samples: int = 0,
 ) -> LeastSquaresFit:
@@ -126,13 +113,10 @@ def fit_least_squares(
         Regressed outputs, ``W`` of (7).
     names : sequence of str, optional
         Names of the parameters; ``p0``, ``p1``, ... by default.
-    prior_information : array_like, shape (n, n), optional
-        ``R0^-1``: symmetric, positive definite, in units of the inverse variance of the error. The parameters are
-        then drawn towards zero as recursive least squares that starts there with ``R0`` is; it enters as ``n`` rows.
     confidence : float, optional
         Probability that the confidence intervals are meant to have.
     correlated_samples : int, optional
-        Over how many rows errors are correlated. Zero: not at all, and of equal variance. Above (not with a prior):
+        Over how many rows errors are correlated. Zero: not at all, and of equal variance. Above:
         the covariance of the parameters is that of Newey and West (Econometrica 55, 1987), with Bartlett's weights.
 
     Returns
@@ -151,80 +135,31 @@ def fit_least_squares(
     size = matrix.shape[1]
     labels = tuple(f"p{i}" for i in range(size)) if names is None else tuple(names)
     _check_options(labels, matrix.shape, confidence, correlated_samples)
-    full, wanted = matrix, target
-    if prior_information is not None:
-        if correlated_samples:
-            raise ValueError(
-                f"correlated_samples = {correlated_samples} is not allowed with a prior: it must be 0 there"
-            )
-        full = np.vstack([matrix, _prior_rows(prior_information, size)])
-        wanted = np.concatenate([target, np.zeros(size)])
-    factors = _factorise(full, labels)
-    values = factors.inverse @ (factors.orthogonal.T @ wanted)
+    orthogonal, inverse, condition_number = _factorise(matrix, labels)
+    values = inverse @ (orthogonal.T @ target)
     residuals = target - matrix @ values
-    spread = spread_along(factors.orthogonal, residuals, correlated_samples, size)
-    return LeastSquaresFit(
-        names=labels,
-        values=values,
-        covariance=factors.inverse @ spread @ factors.inverse.T,
-        residuals=residuals,
-        condition_number=factors.condition_number,
-        raw_condition_number=factors.raw_condition_number,
-        confidence=float(confidence),
-        inverse=factors.inverse,
-    )
+    spread = _spread_along(orthogonal, residuals, correlated_samples)
+    covariance = inverse @ spread @ inverse.T
+    return LeastSquaresFit(labels, values, covariance, residuals, condition_number, float(confidence))
 
 
-class _Factors(NamedTuple):
-    """``X = Q (R scale)``: the orthogonal ``Q``, the inverse of the square factor, and condition numbers."""
-
-    orthogonal: Array
-    inverse: Array
-    condition_number: float
-    raw_condition_number: float
-
-
-def spread_along(orthogonal: Array, residuals: Array, correlated_samples: int, parameters: int) -> Array:
-    """Return the covariance of ``Q' error``, shape (n, n), of residuals that so many parameters were fitted to.
-
-    Parameters
-    ----------
-    orthogonal : ndarray, shape (m, n)
-        Orthonormal columns ``Q``.
-    residuals : ndarray, shape (m,)
-        What was left.
-    correlated_samples : int
-        As in :func:`fit_least_squares`.
-    parameters : int
-        Number of parameters that were fitted, less than ``m``.
-    """
-    rows = residuals.size
-    correction = 1.0 / (rows - parameters)
+def _spread_along(orthogonal: Array, residuals: Array, correlated_samples: int) -> Array:
+    """Return the covariance of ``Q' error``, shape (n, n), for orthonormal columns ``Q``, from what was left."""
+    rows, size = orthogonal.shape
     if correlated_samples == 0:
-        independent: Array = np.eye(orthogonal.shape[1]) * float(residuals @ residuals) * correction
+        independent: Array = np.eye(size) * float(residuals @ residuals) / (rows - size)
         return independent
-    return spread_of_sum(orthogonal * residuals[:, np.newaxis], correlated_samples) * rows * correction
-
-
-def spread_of_sum(products: Array, correlated_rows: int) -> Array:
-    """Return the covariance, shape (n, n), of the sum of rows that are correlated with so many after them.
-
-    Parameters
-    ----------
-    products : ndarray, shape (m, n)
-        What is summed; its mean is zero.
-    correlated_rows : int
-        Over how many rows Bartlett's weights fall to zero.
-    """
+    products = orthogonal * residuals[:, np.newaxis]
     total: Array = products.T @ products
-    for lag in range(1, correlated_rows + 1):
+    for lag in range(1, correlated_samples + 1):
         product = products[lag:].T @ products[:-lag]
-        total += (1.0 - lag / (correlated_rows + 1.0)) * (product + product.T)
+        total += (1.0 - lag / (correlated_samples + 1.0)) * (product + product.T)
+    total *= rows / (rows - size)
     return total
 
 
-def _factorise(matrix: Array, names: tuple[str, ...]) -> _Factors:
-    """Factorise the regressors; refuse those that do not determine every parameter."""
+def _factorise(matrix: Array, names: tuple[str, ...]) -> tuple[Array, Array, float]:
+    """Return ``Q``, the inverse of the square factor, and the condition number; refuse dependent columns."""
     scale = np.linalg.norm(matrix, axis=0)
     for name, length in zip(names, scale, strict=True):
         if length == 0.0:
@@ -240,21 +175,7 @@ def _factorise(matrix: Array, names: tuple[str, ...]) -> _Factors:
             "from the others with these data"
         )
     inverse = (right.T / singular) @ left.T / scale[:, np.newaxis]
-    return _Factors(orthogonal, inverse, float(singular[0] / singular[-1]), float(np.linalg.cond(triangular * scale)))
-
-
-def _prior_rows(information: ArrayLike, size: int) -> Array:
-    matrix = np.asarray(information, dtype=np.float64)
-    if matrix.shape != (size, size):
-        raise ValueError(f"prior_information has shape {matrix.shape}; it must be {(size, size)}")
-    if not np.all(np.isfinite(matrix)) or not np.array_equal(matrix, matrix.T):
-        raise ValueError("prior_information is not symmetric and finite; it must be both")
-    try:
-        return np.asarray(linalg.cholesky(matrix))
-    except linalg.LinAlgError as error:
-        raise ValueError(
-            "prior_information is not positive definite; it must be the inverse of a covariance"
-        ) from error
+    return orthogonal, inverse, float(singular[0] / singular[-1])
 
 
 def _check_options(names: tuple[str, ...], shape: tuple[int, ...], confidence: float, correlated_samples: int) -> None:

@@ -16,9 +16,6 @@ from controllers.checks import checked_array
 
 Array = NDArray[np.float64]
 
-SPEED_TOLERANCE = 0.05
-"""Largest relative difference of two speeds that count as one when directions are averaged."""
-
 SMALLEST_TREND = 5
 """Number of points from which a trend of the spread with the speed is estimated."""
 
@@ -47,42 +44,6 @@ class SupportPoints:
     spread: Array
     count: NDArray[np.int64]
     standard_error: Array
-
-    def averaged_directions(self) -> "SupportPoints":
-        """Average both directions: ``(T(w) - T(-w))/2``, which an offset of the torque does not touch.
-
-        Returns
-        -------
-        SupportPoints
-            One point for each speed, velocity positive.
-
-        Raises
-        ------
-        ValueError
-            The speeds of the two directions do not agree within 5 %.
-        """
-        forward = np.nonzero(self.velocity > 0.0)[0]
-        backward = np.nonzero(self.velocity < 0.0)[0][::-1]  # ascending speeds
-        if forward.size != backward.size:
-            raise ValueError(
-                f"velocity has {forward.size} points forward and {backward.size} backward; to average directions "
-                "there must be as many of both"
-            )
-        speeds = 0.5 * (self.velocity[forward] - self.velocity[backward])
-        apart = np.abs(self.velocity[forward] + self.velocity[backward]) > SPEED_TOLERANCE * speeds
-        if np.any(apart):
-            place = int(np.argmax(apart))
-            raise ValueError(
-                f"velocity = {self.velocity[forward][place]:g} rad/s has {self.velocity[backward][place]:g} rad/s for "
-                f"its opposite; to average directions speeds must agree within {100.0 * SPEED_TOLERANCE:g} %"
-            )
-        return SupportPoints(
-            speeds,
-            0.5 * (self.torque[forward] - self.torque[backward]),
-            np.sqrt(0.5 * (self.spread[forward] ** 2 + self.spread[backward] ** 2)),
-            self.count[forward] + self.count[backward],
-            0.5 * np.hypot(self.standard_error[forward], self.standard_error[backward]),
-        )
 
 
 def support_points(velocity: ArrayLike, torque: ArrayLike, drive: ArrayLike | None = None) -> SupportPoints:

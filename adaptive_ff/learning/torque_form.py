@@ -27,10 +27,6 @@ FILTER_TORQUE, FILTER_VELOCITY, FILTER_COULOMB, FILTER_ADHESION, FILTER_FRACTION
 """Rows of the filters; the last two, ``|h|`` and ``|w|``, are there where friction differs by direction."""
 
 
-BENT, DAMPING = range(2)
-"""Rows of what a presliding distance adds."""
-
-
 def regressor_names(parameters: Sequence[str] = ESTIMATED) -> tuple[str, ...]:
     """Return the columns of the regression for parameters of the model; the first, ``inertia_lag``, is ``J tau``."""
     return ("inertia_lag", *parameters)
@@ -51,14 +47,11 @@ class TorqueForm(NamedTuple):
         Stribeck velocity ``Vs``, rad/s.
     stribeck_shape : float
         Stribeck shape factor ``delta``.
-    presliding : float
-        Presliding distance ``s``, rad: ``g`` and ``h`` follow behind a lag over the path; zero without.
     """
 
     pole: float
     stribeck_velocity: float
     stribeck_shape: float
-    presliding: float = 0.0
 
 
 class Signals(NamedTuple):
@@ -71,18 +64,15 @@ class Signals(NamedTuple):
         differs by direction; changed in place.
     velocity : float
         Velocity at the last sample, rad/s.
-    bent : ndarray, shape (2, 2)
-        ``g`` and ``h`` behind the lag over the path; filtered micro-damping and its derivative; changed in place.
     """
 
     filters: MutableArray
     velocity: float
-    bent: MutableArray
 
 
 def initial_signals(parameters: int = len(ESTIMATED)) -> Signals:
     """Return the filters of a joint that has been at rest without torque, for a number of parameters of the model."""
-    return Signals(np.zeros((4 if parameters <= len(WITH_OFFSET) else 6, 2)), 0.0, np.zeros((2, 2)))
+    return Signals(np.zeros((4 if parameters <= len(WITH_OFFSET) else 6, 2)), 0.0)
 
 
 def settle_signals_in_place(form: TorqueForm, signals: Signals, velocity: float) -> Signals:
@@ -92,63 +82,10 @@ def settle_signals_in_place(form: TorqueForm, signals: Signals, velocity: float)
     signals.filters[FILTER_VELOCITY, 0] = velocity
     signals.filters[FILTER_COULOMB, 0] = direction * (1.0 - fraction)
     signals.filters[FILTER_ADHESION, 0] = direction * fraction
-    signals.bent[BENT, 0] = direction * (1.0 - fraction)
-    signals.bent[BENT, 1] = direction * fraction
     if signals.filters.shape[0] > FILTER_FRACTION:
         signals.filters[FILTER_FRACTION, 0] = abs(direction) * fraction
         signals.filters[FILTER_SPEED, 0] = abs(velocity)
-    return Signals(signals.filters, velocity, signals.bent)
-
-
-class Bending(NamedTuple):
-    """A motion that does not reverse, as bristles of any presliding distance see it.
-
-    Attributes
-    ----------
-    direction : float
-        Its direction; zero at rest.
-    fraction : float
-        Share of stiction at its mean speed.
-    path : float
-        Its length, rad.
-    first, last : float
-        Weight of the micro-damping at its start and its end: ``|w|/Vs`` under a bell over ``w/Vs``.
-    """
-
-    direction: float
-    fraction: float
-    path: float
-    first: float
-    last: float
-
-
-def bending_of(form: TorqueForm, start: float, end: float, duration: float) -> Bending:
-    """Return a motion from a velocity to another (rad/s) in a duration (s) as bristles see it."""
-    speed, first, last = 0.5 * abs(start + end), start / form.stribeck_velocity, end / form.stribeck_velocity
-    return Bending(
-        math.copysign(1.0, start + end) if speed > 0.0 else 0.0,
-        stiction_fraction(speed, form.stribeck_velocity, form.stribeck_shape),
-        speed * duration,
-        math.exp(-first * first) * abs(first),
-        math.exp(-last * last) * abs(last),
-    )
-
-
-def advance_bent_in_place(
-    bent: NDArray[np.float64], distance: float, bending: Bending, pole: float, decay: float, duration: float
-) -> None:
-    """Advance ``g`` and ``h`` behind the lag over the path, ``dy/dx = (F - y)/s``, and the filter of the micro-damping.
-
-    The micro-damping is ``exp(-(w/Vs)^2) s (dU/dt)/Vs`` with ``U = g + h``; ``s`` is the distance, rad.
-    """
-    slip, adhesion, direction = bent[BENT, 0], bent[BENT, 1], bending.direction
-    settled = -math.expm1(-bending.path / distance)
-    first = bending.first * (direction - slip - adhesion)
-    slip += settled * (direction * (1.0 - bending.fraction) - slip)
-    adhesion += settled * (direction * bending.fraction - adhesion)
-    last = bending.last * (direction - slip - adhesion)
-    advance_filter_in_place(bent[DAMPING], pole, decay, first, last, duration)
-    bent[BENT, 0], bent[BENT, 1] = slip, adhesion
+    return Signals(signals.filters, velocity)
 
 
 def advance_friction_in_place(form: TorqueForm, signals: Signals, start: float, end: float, duration: float) -> None:
@@ -159,17 +96,8 @@ def advance_friction_in_place(form: TorqueForm, signals: Signals, start: float, 
     first = stiction_fraction(abs(start), form.stribeck_velocity, form.stribeck_shape)
     last = stiction_fraction(abs(end), form.stribeck_velocity, form.stribeck_shape)
     decay = filter_decay(form.pole, duration)
-    slip, slips, adhesion, adhesions = (
-        direction * (1.0 - first),
-        direction * (1.0 - last),
-        direction * first,
-        direction * last,
-    )
-    if form.presliding > 0.0:
-        slip, adhesion = signals.bent[BENT, 0], signals.bent[BENT, 1]
-        bending = bending_of(form, start, end, duration)
-        advance_bent_in_place(signals.bent, form.presliding, bending, form.pole, decay, duration)
-        slips, adhesions = signals.bent[BENT, 0], signals.bent[BENT, 1]
+    slip, slips = direction * (1.0 - first), direction * (1.0 - last)
+    adhesion, adhesions = direction * first, direction * last
     advance_filter_in_place(signals.filters[FILTER_COULOMB], form.pole, decay, slip, slips, duration)
     advance_filter_in_place(signals.filters[FILTER_ADHESION], form.pole, decay, adhesion, adhesions, duration)
     if signals.filters.shape[0] > FILTER_FRACTION:
@@ -213,7 +141,7 @@ def advance_signals_in_place(
         advance_friction_in_place(form, signals, 0.0, velocity, duration - turn)
     else:
         advance_friction_in_place(form, signals, start, velocity, duration)
-    return Signals(signals.filters, velocity, signals.bent)
+    return Signals(signals.filters, velocity)
 
 
 def write_regressors(form: TorqueForm, signals: Signals, row: NDArray[np.float64]) -> float:

@@ -74,8 +74,9 @@ def agreement_rows(data: Data) -> list[Row]:
     same, distances = [], []
     for covariance in COVARIANCES:
         found = run_rls(rows, outputs, 1.0, covariance).estimates[-1]
-        prior = fit_least_squares(rows, outputs, prior_information=np.eye(rows.shape[1]) / covariance).values
-        same.append(largest_difference(found, prior))
+        prior = np.eye(rows.shape[1]) / np.sqrt(covariance)  # as many equations: zero, with this variance
+        equations = np.vstack([rows, prior]), np.append(outputs, np.zeros(len(prior)))
+        same.append(largest_difference(found, fit_least_squares(*equations).values))
         distances.append(largest_difference(found, plain))
     listed = ", ".join(f"{covariance:g}" for covariance in COVARIANCES)
     falls = all(later < earlier for earlier, later in itertools.pairwise(distances))

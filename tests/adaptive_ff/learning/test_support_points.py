@@ -56,26 +56,6 @@ def test_a_spread_that_really_differs_is_not_smoothed_away():
     assert points.standard_error[10] > 10.0 * np.median(points.standard_error)
 
 
-def test_averaged_directions_are_free_of_an_offset():
-    both = support_points(*readings(6, 50, spread=1e-6, offset=11.0))
-    points = both.averaged_directions()
-    assert points.standard_error == pytest.approx(
-        0.5 * np.hypot(both.standard_error[:30][::-1], both.standard_error[30:])
-    )
-    assert points.velocity == pytest.approx(SPEEDS)
-    assert points.torque == pytest.approx(60.0 + 30.0 * np.exp(-SPEEDS / 0.05) + 80.0 * SPEEDS, rel=1e-5)
-    assert points.count.tolist() == [100] * 30
-
-
-def test_averaging_needs_the_same_speeds_both_ways():
-    velocity, torque = readings(8, 5)
-    with pytest.raises(ValueError, match="30 points forward and 29 backward"):
-        support_points(velocity[1:], torque[1:]).averaged_directions()
-    velocity[0] *= 1.2
-    with pytest.raises(ValueError, match="speeds must agree within 5 %"):
-        support_points(velocity, torque).averaged_directions()
-
-
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
