@@ -131,7 +131,7 @@ def write_features(parameters: "FeedbackErrorLearning", state: FeedbackErrorStat
     """Write the features of the coming period into the scratch row and advance their lagged friction."""
     delay = parameters.feedback.delay
     for i in range(parameters.scale.size):
-        before = FeedforwardState(state.friction[i], state.reference, state.feedback.samples > 0, 0.0, 0.0, 0.0)
+        before = FeedforwardState(state.friction[i], state.reference, state.feedback.samples > 0, 0.0, 0.0)
         torque, after = step_feedforward(parameters.features[i], before, inputs, parameters.period, delay)
         state.row[i] = torque
         state.friction[i] = after.friction

@@ -16,9 +16,9 @@ from adaptive_ff.friction.feedforward import (
     is_plan_at_rest,
     released,
     step_feedforward,
+    turning_speed,
 )
 from adaptive_ff.friction.model import TorqueModel, checked_model
-from adaptive_ff.friction.turning import Turning, turning_of
 from controllers.arrays import NDArray
 from controllers.checks import check_numbers, check_velocity_lag
 from controllers.declaration import argument, as_given, controller, derived, fraction
@@ -76,13 +76,13 @@ def step_model_based(
         if parameters.velocity_lag > 0.0:
             lagged = behind_lag(parameters.velocity_lag, state.lagged, inputs.reference, inputs.dt)
     acting = time + parameters.feedback.delay * parameters.period
-    model, turning = parameters.model, parameters.turning
+    model, turned = parameters.model, parameters.turned
     for change in range(parameters.schedule.shape[0]):
         if (
             acting >= parameters.schedule[change, 0] - 0.5 * parameters.period
         ):  # in force for most of the period to come
             model = model_in_row(parameters.schedule, change)
-            turning = turning_of(model, model.inertia, parameters.feedback.proportional, parameters.period)
+            turned = turning_speed(model, model.inertia, parameters.period)
     torque, feedforward = step_feedforward(
         model,
         state.feedforward,
@@ -90,8 +90,7 @@ def step_model_based(
         parameters.period,
         parameters.feedback.delay,
         inputs.inertia,
-        turning.speed,
-        turning.path,
+        turned,
     )
     if parameters.held < 1.0 and is_plan_at_rest(state.feedforward, inputs, parameters.feedback.delay):
         feedforward = released(model, feedforward, parameters.held, inputs.dt)
@@ -153,7 +152,7 @@ class ModelBased(PILoop):
         default=1.0,
     )
     schedule: NDArray[np.float64] = derived("Time and model of each change, a row for each.")
-    turning: Turning = derived("When a reversed reference turns the friction of this model.")
+    turned: float = derived("Speed of a reversed reference that turns the friction of this model, rad/s.")
     ripple_waves: float = derived("Angular frequency of the ripple over the position, 1/rad.")
 
     def derive(self) -> dict[str, Any]:
@@ -162,6 +161,6 @@ class ModelBased(PILoop):
         return {
             "schedule": _rows("changes", self.changes),
             "velocity_lag": float(self.velocity_lag),
-            "turning": turning_of(self.model, self.model.inertia, float(self.proportional), float(self.period)),
+            "turned": turning_speed(self.model, self.model.inertia, float(self.period)),
             "ripple_waves": 2.0 * math.pi / self.ripple[1],
         }

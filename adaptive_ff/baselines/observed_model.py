@@ -9,9 +9,13 @@ feedforward is set once and an observer makes up for its errors, loads and chang
 import math
 from typing import Any, NamedTuple
 
-from adaptive_ff.friction.feedforward import FeedforwardState, initial_feedforward_state, step_feedforward
+from adaptive_ff.friction.feedforward import (
+    FeedforwardState,
+    initial_feedforward_state,
+    step_feedforward,
+    turning_speed,
+)
 from adaptive_ff.friction.model import TorqueModel, checked_model
-from adaptive_ff.friction.turning import turning_of
 from controllers.declaration import argument, begin, controller, derived, positive
 from controllers.delay import delay_line, delayed, remember
 from controllers.loops import Observing, PILoop
@@ -48,10 +52,8 @@ def step_observed_model(
     loop, friction = parameters.feedback, parameters.friction
     pi, period = loop.feedback, loop.period
     inputs, guard = plausible_inputs(pi, state.feedback.feedback, inputs)
-    turning = turning_of(friction, loop.inertia, pi.proportional, period)
-    torque, feedforward = step_feedforward(
-        friction, state.feedforward, inputs, period, pi.delay, math.nan, turning.speed, turning.path
-    )
+    turned = turning_speed(friction, loop.inertia, period)
+    torque, feedforward = step_feedforward(friction, state.feedforward, inputs, period, pi.delay, math.nan, turned)
     known = with_feedforward(inputs, torque)
     output, after = observe_and_feed_back(loop, aware_observer(state, pi.delay), known, guard)
     return output, ObservedModelState(after, feedforward, remember(state.line, known.feedforward))

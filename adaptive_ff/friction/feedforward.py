@@ -19,31 +19,26 @@ for a while, as the joint holds it: bristles stay bent, and under a position loo
 rest fades with the lag. The offset is a constant, which no lag changes; it is fed forward at rest as well. A joint that
 creeps holds less of it, :func:`released`.
 
-Where the reference reverses, friction can be held in the same way until it is worth the turn, see
-:mod:`adaptive_ff.friction.turning`. Controllers that feed a model ask for that; by itself friction turns where the
-reference does.
+Where the reference reverses, friction can be held in the same way until the reference is beyond zero by a speed,
+:func:`turning_speed`. Friction that is turned too early throws a joint that still slides, by ``2 F/J`` times the time;
+turned too late it leaves a joint at rest that sticks anyway. Controllers that feed a model ask for that; by itself
+friction turns where the reference does.
 """
 
 import math
 from typing import NamedTuple
 
 from adaptive_ff.friction.model import TorqueModel, directed_friction, friction_parts, stiction_fraction
-from adaptive_ff.friction.turning import held_speed, is_held
 from controllers import Inputs, acts_on_plan
 
 HELD = 0.87
 """Share of the Coulomb friction that is held where the plan comes to rest; held in full, noise would push the joint."""
 
-FADING = 0.32
-"""Time constant with which the Coulomb friction fades that is held where the plan comes to rest, s.
+FADING, BENT_FADING = 0.32, 1.0
+"""Time constants with which it fades, s: without a presliding distance, and with one (bent bristles spring back)."""
 
-A real drive at rest gives less and less. Replays of the KUKA KR300 and the TX40 would have it shorter still; joints on
-bristles behind a position loop, before these are known, longer.
-"""
-
-BENT_FADING = 1.0
-"""The same with a presliding distance: bristles that stay bent carry the torque, so that the joint springs back by what
-is taken away. Longer, and the joint halts on an edge of its encoder's counts and toggles there."""
+TURNED = 0.027
+"""Speed at which a reversed reference turns friction, over the change of speed that friction makes in a period."""
 
 SEGMENTS = 4
 """Pieces of a period over which friction behind a lag over the path is integrated."""
@@ -62,8 +57,6 @@ class FeedforwardState(NamedTuple):
         Whether there was one.
     slip, adhesion : float
         Fractions of Coulomb friction and stiction behind the lag over the path, for a model with a presliding distance.
-    turned : float
-        Speed up to which friction of the last direction has been held over the last period, rad/s.
     """
 
     friction: float
@@ -71,12 +64,16 @@ class FeedforwardState(NamedTuple):
     started: bool
     slip: float = 0.0
     adhesion: float = 0.0
-    turned: float = 0.0
 
 
 def initial_feedforward_state() -> FeedforwardState:
     """Return the state of a feedforward at rest."""
-    return FeedforwardState(0.0, 0.0, False, 0.0, 0.0, 0.0)
+    return FeedforwardState(0.0, 0.0, False, 0.0, 0.0)
+
+
+def turning_speed(model: TorqueModel, inertia: float, period: float) -> float:
+    """Return the speed of a reversed reference that turns friction, rad/s, for an inertia (kg m^2) and a period (s)."""
+    return TURNED * max(model.coulomb, model.stiction) / inertia * period if inertia > 0.0 else 0.0
 
 
 def resting_friction(model: TorqueModel, friction: float, duration: float) -> tuple[float, float]:
@@ -161,7 +158,7 @@ def one_way_friction(
         Friction torque at the end, N m.
     """
     direction = start + end
-    if direction == 0.0 or is_held(friction, start, end, turned):
+    if direction == 0.0 or (friction * direction < 0.0 and max(abs(start), abs(end)) < turned):
         return resting_friction(model, friction, duration)
     first = directed_friction(model, abs(start), direction)
     last = directed_friction(model, abs(end), direction)
@@ -247,7 +244,6 @@ def step_feedforward(
     delay: float = 0.0,
     inertia: float = math.nan,
     turned: float = 0.0,
-    touched: float = 0.0,
 ) -> tuple[float, FeedforwardState]:
     """Return the torque (N m) for the coming period, or for the one that a delay makes of it, and the new state.
 
@@ -265,15 +261,11 @@ def step_feedforward(
         Computation delay of the drive, periods.
     inertia : float, optional
         Inertia in the present configuration, kg m^2, in the place of the model's; not a number where that holds.
-    turned, touched : float, optional
-        Speed (rad/s) and path (rad) of a reversed reference up to which friction of the last direction is held; see
-        :class:`adaptive_ff.friction.turning.Turning`.
+    turned : float, optional
+        Speed of a reversed reference up to which friction of the last direction is held, rad/s.
     """
     moved = inertia if math.isfinite(inertia) else model.inertia
     start, end = coming_plan(state, inputs, delay)
-    if state.started:
-        before = (inputs.reference - state.reference) * period / inputs.dt
-        turned = held_speed(turned, touched / period, state.turned, before, start, end)
     friction, slip, adhesion = state.friction, state.slip, state.adhesion
     if start * end < 0.0:
         turn = period * start / (start - end)
@@ -284,4 +276,4 @@ def step_feedforward(
     else:
         integral, friction, slip, adhesion = friction_along(model, friction, slip, adhesion, start, end, period, turned)
     torque = (moved * (end - start) + integral) / period + model.offset
-    return torque, FeedforwardState(friction, inputs.reference, True, slip, adhesion, turned)
+    return torque, FeedforwardState(friction, inputs.reference, True, slip, adhesion)

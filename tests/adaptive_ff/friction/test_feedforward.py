@@ -15,13 +15,13 @@ from adaptive_ff.friction.feedforward import (
     BENT_FADING,
     FADING,
     HELD,
+    TURNED,
     FeedforwardState,
-    feedforward_parts,
     initial_feedforward_state,
     step_feedforward,
+    turning_speed,
 )
 from adaptive_ff.friction.model import TorqueModel, directed_friction, model_friction
-from adaptive_ff.friction.turning import STEEP, TOUCHED, TURNED, Turning, is_held, turning_of
 from adaptive_ff.scenario.truth import true_model
 from plant import Stribeck, sliding_friction
 
@@ -117,7 +117,7 @@ def test_at_rest_a_share_of_coulomb_friction_is_held_and_the_rest_fades(lag, dir
     held = HELD * model.coulomb
     assert step_feedforward(model, initial_feedforward_state(), plan_inputs(0.0, 0.0), PERIOD) == (
         0.0,
-        (0.0, 0.0, True, 0.0, 0.0, 0.0),
+        (0.0, 0.0, True, 0.0, 0.0),
     )
     begin = FeedforwardState(direction * (held + 12.0), 0.0, True)
     torque, state = step_feedforward(model, begin, plan_inputs(0.0, 0.0), PERIOD)
@@ -295,116 +295,45 @@ def test_true_parameters_fed_forward_leave_an_error_that_vanishes_with_the_perio
     assert errors[2] < 0.03 * tracking_error("fixed", 2.5e-4, 4)
 
 
-@pytest.mark.parametrize("inertia", [0.003, 0.5, 1.0, 20.0])
-@pytest.mark.parametrize("stiction", [40.0, 90.0], ids=["rising", "falling"])
-def test_friction_turns_at_a_speed_and_a_path_that_it_gives_the_joint_in_a_share_of_a_period(inertia, stiction):
-    found, friction = turning_of(MODEL._replace(stiction=stiction), inertia, 1e4, 0.01), max(stiction, MODEL.coulomb)
-    assert found.speed == pytest.approx(TURNED * friction * 0.01 / inertia, rel=1e-12)
-    assert found.path == pytest.approx(TOUCHED * friction * 0.01**2 / inertia, rel=1e-12)
-
-
-def test_without_inertia_friction_turns_at_once():
-    assert turning_of(MODEL, 0.0, 100.0, PERIOD) == AT_ONCE
-
-
-def test_where_friction_falls_steeply_for_the_gain_touches_are_shorter():
-    gain = (MODEL.stiction - MODEL.coulomb) / MODEL.stribeck_velocity
-    usual, limit, steep = (turning_of(MODEL, MODEL.inertia, share * gain, PERIOD) for share in (2.0, 1 / STEEP, 0.1))
-    assert limit == usual
-    assert steep == (usual.speed, pytest.approx(0.1 * STEEP * usual.path, rel=1e-12))
-
-
-SLOW = turning_of(MODEL, MODEL.inertia, 100.0, PERIOD).speed
+SLOW = turning_speed(MODEL, MODEL.inertia, PERIOD)
 """Speed up to which friction of the other direction is held, rad/s."""
 
-AT_ONCE = Turning(0.0, 0.0)
-"""Friction turns where the reference does."""
 
-HOLDING = Turning(SLOW, 0.0)
-"""Friction is held up to that, but not on touches."""
-
-
-def touch(highest, length):
-    """Plan along a parabola from motion forward to the other side and back."""
-    time = np.linspace(-0.5, 1.5, 2 * length + 1)
-    return -4.0 * highest * time * (1.0 - time)
+@pytest.mark.parametrize("stiction", [40.0, 90.0], ids=["rising", "falling"])
+def test_friction_turns_at_a_speed_that_it_gives_the_joint_in_a_share_of_a_period(stiction):
+    found = turning_speed(MODEL._replace(stiction=stiction), 0.5, 0.01)
+    assert found == pytest.approx(TURNED * max(stiction, MODEL.coulomb) * 0.01 / 0.5, rel=1e-12)
+    assert turning_speed(MODEL, 0.0, PERIOD) == 0.0
 
 
-def frictions_along(plan, turning):
+def frictions_along(plan, turned):
     """Friction fed forward in each period along a plan, N m."""
     state, found = FeedforwardState(50.0, plan[0], True), []
     for reference, following in itertools.pairwise(plan):
-        _, friction, state = feedforward_parts(
-            MODEL, state, plan_inputs(reference, following), PERIOD, turned=turning.speed, touched=turning.path
-        )
-        found.append(friction)
+        torque, state = step_feedforward(MODEL, state, plan_inputs(reference, following), PERIOD, turned=turned)
+        found.append(torque - MODEL.offset - MODEL.inertia * (following - reference) / PERIOD)
     return np.array(found)
 
 
 def test_a_plan_that_hardly_crosses_zero_does_not_turn_friction():
     plan = np.array([0.02, 0.0, *[-0.9 * SLOW] * 5, 0.0, 0.02])
-    held, turned = frictions_along(plan, HOLDING), frictions_along(plan, AT_ONCE)
+    held, turned = frictions_along(plan, SLOW), frictions_along(plan, 0.0)
     assert np.min(held) > 0.5 * HELD * MODEL.coulomb
     assert np.min(turned) < 0.0
-    rest = frictions_along(np.array([0.02, *[0.0] * 7]), AT_ONCE)
+    rest = frictions_along(np.array([0.02, *[0.0] * 7]), 0.0)
     assert held[1:6] == pytest.approx(rest[1:6])
 
 
 def test_beyond_that_speed_friction_turns():
     """At once where the plan is beyond it within a period, else when it comes there."""
     plan = [0.02, -0.02, -0.02]
-    assert frictions_along(plan, HOLDING) == pytest.approx(frictions_along(plan, AT_ONCE))
-    steps = frictions_along([0.02, 0.0, -0.5 * SLOW, -0.9 * SLOW, -1.1 * SLOW, -2.0 * SLOW], HOLDING)
+    assert frictions_along(plan, SLOW) == pytest.approx(frictions_along(plan, 0.0))
+    steps = frictions_along([0.02, 0.0, -0.5 * SLOW, -0.9 * SLOW, -1.1 * SLOW, -2.0 * SLOW], SLOW)
     assert np.all(steps[1:3] > 0.0)
     assert steps[3] < steps[2] - 10.0
     assert steps[4] < 0.0
 
 
-@pytest.mark.parametrize("length", [8, 20, 50])
-def test_a_touch_does_not_turn_friction_if_its_path_is_short(length):
-    """A parabola of the highest speed ``v`` over a time ``T`` goes ``2/3 v T``."""
-    plan = touch(5.0 * SLOW, length)
-    path = 2.0 / 3.0 * 5.0 * SLOW * length * PERIOD
-    held, turned = (frictions_along(plan, Turning(SLOW, share * path)) for share in (1.001, 0.999))
-    assert np.min(held) > 0.0
-    assert turned == pytest.approx(frictions_along(plan, HOLDING))
-    assert np.min(turned) < 0.0
-
-
-def test_on_the_way_back_from_a_touch_friction_stays_held_until_the_plan_is_back():
-    plan = touch(5.0 * SLOW, 20)
-    held = frictions_along(plan, Turning(SLOW, 1.0))
-    rest = frictions_along(np.where(plan < 0.0, 0.0, plan), AT_ONCE)
-    assert held == pytest.approx(rest, rel=1e-6)
-
-
-def test_a_plan_that_goes_on_from_a_touch_turns_friction_once_it_does():
-    """The straight line that follows on the parabola turns back nowhere."""
-    plan = touch(50.0 * SLOW, 40)[:25]
-    plan = np.concatenate([plan, plan[-1] + np.arange(1, 10) * (plan[-1] - plan[-2])])
-    found = frictions_along(plan, Turning(SLOW, 1.0))
-    assert np.min(found[:24]) > 0.0
-    assert found[-1] < 0.0
-
-
 def test_friction_of_the_same_direction_is_never_held():
     plan = np.array([0.5, 0.9, 0.5, 0.2, 0.0]) * SLOW
-    assert frictions_along(plan, HOLDING) == pytest.approx(frictions_along(plan, AT_ONCE))
-
-
-@pytest.mark.parametrize(
-    ("start", "end", "held"),
-    [
-        (-0.01, -0.02, True),
-        (-0.02, -0.01, True),
-        (0.01, 0.02, False),
-        (-0.06, -0.01, False),
-        (-0.01, -0.06, False),
-        (-0.05, -0.05, False),
-        (0.01, -0.01, False),
-    ],
-    ids=["speeding up", "slowing down", "same way", "began fast", "ends fast", "as fast as that", "there and back"],
-)
-def test_friction_of_the_other_direction_is_held_while_the_whole_motion_is_slow(start, end, held):
-    assert is_held(60.0, start, end, 0.05) == held
-    assert is_held(-60.0, -start, -end, 0.05) == held
+    assert frictions_along(plan, SLOW) == pytest.approx(frictions_along(plan, 0.0))
