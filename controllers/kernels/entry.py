@@ -5,7 +5,6 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from controllers.kernels.comments import joined
-from controllers.kernels.functions import Translator
 from controllers.kernels.helpers import helper_texts
 from controllers.kernels.literals import DOUBLE
 from controllers.kernels.record import foreign_files
@@ -41,6 +40,8 @@ ROW = Array(REAL, (None,))
 
 def library_unit() -> Unit:
     """Return a unit of kernels for this machine: sizes are known at run time."""
+    from controllers.kernels.functions import Translator  # a translator is for what has not been compiled yet
+
     return Translator(DOUBLE, "aff", fixed=False)
 
 
