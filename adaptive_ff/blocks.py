@@ -7,7 +7,7 @@ is rebuilt from a vector has arrays of its own, so nothing is ever learnt twice.
 
 import copy
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import control
@@ -15,6 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controllers import Controller, Inputs
+from controllers.kernels.leaves import Leaf, leaves, value_at
+from controllers.kernels.leaves import rebuilt as with_numbers
+from controllers.kernels.types import type_of
 from plant import (
     INITIAL_STATE,
     SENSED_VELOCITY,
@@ -261,49 +264,30 @@ def _system(
     return system
 
 
-def state_names(state: Any, path: str = "") -> list[str]:
+def state_names(state: Any) -> list[str]:
     """Return a name for each number of a state, in the order of the vector: its fields, joined by underscores."""
-    if hasattr(state, "_asdict"):
-        fields = state._asdict().items()
-        return [name for key, item in fields for name in state_names(item, f"{path}_{key}" if path else key)]
-    if isinstance(state, (tuple, np.ndarray)):
-        return [f"{path}_{place}" for place in range(np.size(state))]
-    return [path]
+    return [
+        name
+        for leaf in _leaves(state)
+        for name in ([f"{leaf.storage}_{place}" for place in range(leaf.count)] if leaf.is_array else [leaf.storage])
+    ]
 
 
 def state_vector(state: Any) -> Vector:
     """Return all numbers of a state, shape (n,); counts and truth values as floats, which hold them exactly."""
-    parts = [np.ravel(np.asarray(leaf, dtype=np.float64)) for leaf in _leaves(state)]
-    return np.concatenate(parts) if parts else np.zeros(0)
+    parts = [np.ravel(np.asarray(value_at(state, leaf.path), dtype=np.float64)) for leaf in _leaves(state)]
+    return np.concatenate([np.zeros(0), *parts])
 
 
 def rebuilt(template: Any, vector: Vector) -> Any:
     """Return a state like the template, with arrays of its own and the numbers of a vector, shape (n,)."""
-    state, used = _rebuilt(template, np.asarray(vector, dtype=np.float64), 0)
-    if used != np.size(vector):
-        raise ValueError(f"the vector has {np.size(vector)} numbers; the state has {used}")
-    return state
+    found = _leaves(template)
+    ends = np.cumsum([leaf.count for leaf in found])
+    if ends[-1] != np.size(vector):
+        raise ValueError(f"the vector has {np.size(vector)} numbers; the state has {ends[-1]}")
+    parts = zip(found, np.split(np.asarray(vector, dtype=np.float64), ends[:-1]), strict=True)
+    return with_numbers(template, (part if leaf.is_array else part.item() for leaf, part in parts))
 
 
-def _leaves(state: Any) -> Iterator[Any]:
-    if hasattr(state, "_asdict"):
-        for item in state:
-            yield from _leaves(item)
-    else:
-        yield state
-
-
-def _rebuilt(template: Any, vector: Vector, first: int) -> tuple[Any, int]:
-    """Return a part of a state from a place in the vector on, and the place behind it."""
-    if hasattr(template, "_asdict"):
-        items = []
-        for item in template:
-            made, first = _rebuilt(item, vector, first)
-            items.append(made)
-        return type(template)(*items), first
-    if isinstance(template, np.ndarray):
-        part = vector[first : first + template.size]
-        return part.astype(template.dtype).reshape(template.shape), first + template.size
-    if isinstance(template, tuple):
-        return tuple(vector[first : first + len(template)].tolist()), first + len(template)
-    return type(template)(vector[first]), first + 1
+def _leaves(state: Any) -> list[Leaf]:
+    return list(leaves(type_of(state, "state", sizes=True)))

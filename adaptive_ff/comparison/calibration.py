@@ -13,15 +13,14 @@ from functools import lru_cache
 import numpy as np
 from scipy.optimize import minimize_scalar
 
+from adaptive_ff.comparison.own_bandwidth import plain_pi
+from adaptive_ff.comparison.running import drive_over
 from adaptive_ff.friction.bounds import largest_lag
 from adaptive_ff.friction.model import TorqueModel
 from adaptive_ff.identify.identification import identify_log
 from adaptive_ff.logs.log import Log
 from adaptive_ff.scenario.scenario import Scenario
-from adaptive_ff.simulation.experiment import RunSetup, build_setup, empty_record
-from adaptive_ff.simulation.loop import run_compiled, start_position
-from controllers import PI
-from controllers.arrays import NDArray
+from adaptive_ff.simulation.experiment import RunSetup, build_setup, without_noise
 from plant import Gravity, JointModel, schedule
 
 DURATION = 120.0
@@ -32,9 +31,6 @@ OTHER_SEED = 1_000_000
 
 LAG_STEP = 0.01
 """Resolution of the friction lag, in time constants ``J/Kp`` of the feedback."""
-
-FINE = 1e-12
-"""Resolution of the encoder of a model, rad."""
 
 
 def identify_joint(scenario: Scenario) -> TorqueModel:
@@ -48,9 +44,9 @@ def _identified(text: str) -> TorqueModel:
     """Return the model of a scenario given as JSON text."""
     scenario = Scenario.model_validate_json(text)
     setup = build_setup(scenario)
-    measured, torque = _run(scenario, setup)
+    run, _ = drive_over(plain_pi(scenario), setup)
     time = setup.samples[:-1] * np.float64(setup.solver_period)
-    log = Log("calibration run", time, torque, velocity=measured)
+    log = Log("calibration run", time, run.torque, velocity=run.measured)
     found = identify_log(log, torque_delay=0.5 * scenario.sampling.period, model="symmetric").torque_model()
     response = scenario.feedback.inertia / scenario.feedback.gains[0]
 
@@ -59,19 +55,11 @@ def _identified(text: str) -> TorqueModel:
             modelled = _modelled(scenario, setup, found._replace(friction_lag=float(lag)))
         except ValueError:  # the solver period does not suit it
             return math.inf
-        return float(np.mean((_run(scenario, modelled)[0] - measured) ** 2))
+        return float(np.mean((drive_over(plain_pi(scenario), modelled)[0].measured - run.measured) ** 2))
 
     ends = (0.0, largest_lag(response))
     search = minimize_scalar(error, bounds=ends, method="bounded", options={"xatol": LAG_STEP * response})
     return found._replace(friction_lag=float(search.x) if search.fun < error(0.0) else 0.0)
-
-
-def _run(scenario: Scenario, setup: RunSetup) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return measured velocity (rad/s) and torque (N m) of the PI loop."""
-    loop = PI(*scenario.feedback.gains, scenario.sampling.period, delay=scenario.assumed_delay)
-    record = empty_record(setup, 0)
-    run_compiled(loop.parameters, loop.state, setup, start_position(setup), setup.noise.size, record)
-    return record.measured, record.torque
 
 
 def _modelled(scenario: Scenario, setup: RunSetup, model: TorqueModel) -> RunSetup:
@@ -80,11 +68,9 @@ def _modelled(scenario: Scenario, setup: RunSetup, model: TorqueModel) -> RunSet
         **{name: getattr(model, name) for name in JointModel.model_fields if name in model._fields},
         solver_period=scenario.joint.solver_period,
     )
-    return setup._replace(
+    return without_noise(setup)._replace(
         joint=joint.parameters,
         plan=schedule([], joint.solver_period),
-        resolution=min(setup.resolution, FINE),
-        noise=np.zeros_like(setup.noise),
         actuator=setup.actuator._replace(gain=1.0),  # the torque that the drive reports is all that is known of it
         gravity=Gravity(0.0, 0.0),
     )

@@ -7,21 +7,16 @@ for all seeds. What knows the truth and is tuned to the loop as well is as good 
 error is mostly that of the loop without friction, see :mod:`adaptive_ff.comparison.reference_lines`.
 """
 
-from functools import lru_cache
+from functools import lru_cache, partial
 
-import numpy as np
 from scipy.optimize import minimize_scalar
 
 from adaptive_ff.baselines.model_based import ModelBased
+from adaptive_ff.comparison.own_bandwidth import TUNING_SEEDS, settled_error
 from adaptive_ff.friction.model import TorqueModel
 from adaptive_ff.scenario.scenario import Scenario
 from adaptive_ff.scenario.truth import model_changes, true_model
-from adaptive_ff.simulation.experiment import build_setup, empty_record, with_preview
-from adaptive_ff.simulation.loop import run_compiled, start_position
-from adaptive_ff.simulation.metrics import evaluate
-
-TUNING_SEEDS = (101, 102, 103)
-"""Seeds on which the lag is found; none of them is reported."""
+from adaptive_ff.simulation.experiment import build_setup
 
 LARGEST_ADDED = 2.0
 """Largest lag that may be added, sampling periods; 20 ms beside it, for joints whose lag is no parameter."""
@@ -59,20 +54,11 @@ def suitable_lag(scenario: Scenario) -> float:
 @lru_cache(maxsize=64)
 def _suitable_lag(text: str) -> float:
     scenario = Scenario.model_validate_json(text)
-    built = (build_setup(scenario.modified(seed=seed)) for seed in TUNING_SEEDS)
-    setups = [with_preview(setup, scenario.actuator.delay) for setup in built]
+    setups = [build_setup(scenario.modified(seed=seed)) for seed in TUNING_SEEDS]
 
     def error(added: float) -> float:
-        total = 0.0
-        for setup in setups:
-            loop, record = make_oracle(scenario, float(added)), empty_record(setup, 0)
-            with np.errstate(over="ignore", invalid="ignore"):
-                run_compiled(loop.parameters, loop.state, setup, start_position(setup), setup.noise.size, record)
-                found = evaluate(
-                    scenario.times(), setup.reference, record.velocity, record.torque, scenario.last_change
-                )
-            total += found.rms_error_settled**2
-        return total if np.isfinite(total) else 1e300
+        maker = partial(make_oracle, added=float(added))
+        return min(1e300, sum(settled_error(scenario, maker, setup) ** 2 for setup in setups))
 
     lag = true_model(scenario).friction_lag
     bounds = (-lag, LARGEST_ADDED * scenario.sampling.period + 0.02)

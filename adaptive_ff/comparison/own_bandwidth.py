@@ -122,9 +122,9 @@ def errors_of(scenario: Scenario, maker: Maker, setup: RunSetup | None = None) -
     return Errors(*(math.sqrt(float(np.mean(part))) for part in (before[begin:], after)))
 
 
-def settled_error(scenario: Scenario, maker: Maker) -> float:
+def settled_error(scenario: Scenario, maker: Maker, setup: RunSetup | None = None) -> float:
     """Return the settled rms error (rad/s) of a controller in the loop of a scenario, infinite where it fails."""
-    period, squares = scenario.joint.solver_period, _squares(scenario, maker, None)
+    period, squares = scenario.joint.solver_period, _squares(scenario, maker, setup)
     return tracking_errors(squares, period, changes=[change.time for change in scenario.change]).settled
 
 

@@ -9,20 +9,15 @@ what friction damps.
 from collections.abc import Mapping
 from typing import Any
 
-import numpy as np
-
 from adaptive_ff.comparison.oracle import make_oracle
 from adaptive_ff.comparison.own import Own
 from adaptive_ff.comparison.registry import make_controller
 from adaptive_ff.comparison.run import Run, simulate
 from adaptive_ff.scenario.scenario import Scenario
-from adaptive_ff.simulation.experiment import RunSetup, build_setup
+from adaptive_ff.simulation.experiment import RunSetup, build_setup, without_noise
 
 NOISE_FLOOR = "noise_floor"
 """Name of the line in tables."""
-
-FINE = 1e-12
-"""Resolution of the encoder of a sensor without noise, rad."""
 
 SPRING = ("link_share", "link_stiffness", "link_damping")
 
@@ -52,8 +47,7 @@ def noise_floor(scenario: Scenario, setup: RunSetup | None = None, *, noisy: boo
     built = build_setup(plain)
     if setup is not None:
         built = built._replace(noise=setup.noise, reference=setup.reference)
-    if not noisy:
-        built = built._replace(noise=np.zeros_like(built.noise), resolution=min(built.resolution, FINE))
+    built = built if noisy else without_noise(built)
     return simulate(plain, make_oracle(plain), name=NOISE_FLOOR, setup=built)
 
 

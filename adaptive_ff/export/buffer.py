@@ -16,8 +16,8 @@ from typing import Any
 import numpy as np
 
 from adaptive_ff.errors import InputError
-from adaptive_ff.export.leaves import Leaf, leaves, rebuilt, value_at
 from controllers import Controller
+from controllers.kernels.leaves import Leaf, leaves, rebuilt, value_at
 from controllers.kernels.types import BOOLEAN, INTEGER, REAL, Type, type_of
 
 MAGIC = b"AFFS"

@@ -9,11 +9,11 @@ from typing import Any
 from adaptive_ff.errors import check_kind
 from adaptive_ff.export.buffer import layout_hash, payload_size
 from adaptive_ff.export.errors import NotExportable, exporting
-from adaptive_ff.export.leaves import Leaf, leaves
 from adaptive_ff.export.sample import Recording, check_exportable, new_one, record, regressor_leaf, restarted, switches
 from controllers import ESTIMATES, STEPS, Controller, Inputs, Output
 from controllers.checks import checked_switch
 from controllers.kernels.functions import Translator
+from controllers.kernels.leaves import Leaf, leaves
 from controllers.kernels.literals import DOUBLE, SINGLE
 from controllers.kernels.names import FILES, RESERVED
 from controllers.kernels.types import REAL, Array, Record, type_of

@@ -12,13 +12,13 @@ from pathlib import Path
 
 from adaptive_ff.export.errors import compile_export
 from adaptive_ff.export.export import Export
-from adaptive_ff.export.leaves import value_at
 from adaptive_ff.export.rendering import rendered
 from adaptive_ff.export.sample import optional_inputs
 from adaptive_ff.export.source import estimate_unit, header, source
 from controllers import Inputs, Output
 from controllers.kernels.comments import plain, section, unit
 from controllers.kernels.compiler import compiler
+from controllers.kernels.leaves import value_at
 from controllers.kernels.names import c_name
 
 PLATFORMS = {

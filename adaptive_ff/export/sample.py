@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from adaptive_ff.export.errors import NotExportable
-from adaptive_ff.export.leaves import Leaf, leaves, rebuilt, value_at
 from controllers import ESTIMATES, STEPS, Controller, Inputs
 from controllers.kernels.comments import section
+from controllers.kernels.leaves import Leaf, leaves, rebuilt, value_at
 from controllers.kernels.types import BOOLEAN, type_of
 
 SAMPLES = 200

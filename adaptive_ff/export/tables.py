@@ -6,8 +6,8 @@ import numpy as np
 
 from adaptive_ff.export.buffer import state_to_bytes
 from adaptive_ff.export.export import Export
-from adaptive_ff.export.leaves import Leaf, value_at
 from controllers.kernels.comments import joined
+from controllers.kernels.leaves import Leaf, value_at
 from controllers.kernels.names import c_name
 from controllers.kernels.types import Array, Line, Record, Type
 

@@ -14,7 +14,6 @@ from adaptive_ff.report.tables import (
     MOST_COLUMNS,
     MOST_ROWS,
     gains_table,
-    groups_table,
     ranking_table,
     standstill_table,
 )
@@ -36,13 +35,12 @@ def by_loop(results: Results) -> dict[bool, Results]:
 
 
 def matrix_tables(results: Results) -> list[Table]:
-    """Return what fits a terminal: scenarios one by one where they are few, else means over their groups."""
+    """Return what fits a terminal: every controller on every scenario where they are few, else means over groups."""
     tables = []
     for fast, part in by_loop(results).items():
         cells = collect(part)
-        names = {name for row in cells.values() for name in row}
-        written = gains_table if len(cells) <= MOST_ROWS else groups_table
-        tables.append((ranking_table if len(names) > MOST_COLUMNS else written)(cells, TITLES[fast]))
+        few = len(cells) <= MOST_ROWS and max(map(len, cells.values())) <= MOST_COLUMNS
+        tables.append((gains_table if few else ranking_table)(cells, TITLES[fast]))
     if len({job.scenario for job in results}) <= MOST_ROWS:
         tables += [one for one in [standstill_table(by_loop(results)[False])] if one is not None]
     return tables

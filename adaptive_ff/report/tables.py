@@ -4,8 +4,6 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-import numpy as np
-
 from adaptive_ff.comparison.comparison import BASELINE, Comparison
 from adaptive_ff.comparison.reference_lines import NOISE_FLOOR
 from adaptive_ff.comparison.registry import CONTROLLERS
@@ -19,16 +17,7 @@ from adaptive_ff.studies.bandwidth_study import BandwidthStudy
 from adaptive_ff.studies.drawn_joints import CLASSES, HUNTING
 from adaptive_ff.studies.matrix import Results
 from adaptive_ff.studies.motion import Excitation
-from adaptive_ff.studies.ranking import (
-    OURS,
-    TUNED_TRUTH,
-    Cells,
-    best_other,
-    grouped,
-    mean_gain,
-    outcome,
-    standstill_rows,
-)
+from adaptive_ff.studies.ranking import OURS, Cells, collect, grouped, mean_gain
 
 IMPROVEMENT = "over pi"
 """Heading of the error of PI over that of the controller."""
@@ -50,11 +39,8 @@ AT_AN_END = {True: "slowest", False: "fastest"}
 END_LEGEND = "fastest: no faster loop has sound margins; slowest: no slower one was tried"
 """What that means."""
 
-MOST_COLUMNS = 9
-"""Most controllers that a table shows side by side; of more it shows the best of the others, and the picture all."""
-
-MOST_ROWS = 16
-"""Most scenarios that a table of the matrix lists one by one on a terminal; of more it shows groups."""
+MOST_COLUMNS, MOST_ROWS = 9, 16
+"""Most controllers and scenarios whose every pair stands in a table on a terminal; of more it shows means."""
 
 
 def highlights(names: Any) -> dict[str, str]:
@@ -188,57 +174,25 @@ def gains_table(cells: Cells, title: str) -> Table:
     return table(title, rows, columns)
 
 
-def groups_table(cells: Cells, title: str) -> Table:
-    """Return the geometric mean of the improvement over PI in each group of scenarios, and where ours is least."""
-    names = [name for name in dict.fromkeys(key for row in cells.values() for key in row) if name != BASELINE]
-    rows: list[list[Cell]] = []
-    for group, members in grouped(cells).items():
-        part = {one: cells[one] for one in members}
-        means: list[Cell] = [gain if math.isfinite(gain := mean_gain(part, name)) else "failed" for name in names]
-        ours = {one: cells[one][OURS].median_gain for one in members if OURS in cells[one]}
-        worst = min(ours, key=lambda one: ours[one]) if ours else ""
-        rows.append([group, len(members), *means, f"{worst} {ours[worst]:.3g}" if ours else ""])
-    columns: Columns = {"scenarios": None, "count": ("", 3), **dict.fromkeys(names, ("", 3)), f"worst of {OURS}": None}
-    return table(title, rows, columns)
-
-
 def ranking_table(cells: Cells, title: str) -> Table:
-    """Return PI, the limits and the best of the others beside ``adaptive``, under the heading of each group."""
-    speed = ("rad/s", 3)
-    columns: Columns = {
-        **{"scenario": None, "pi": speed, "floor": speed, f"{OURS} {IMPROVEMENT}": ("", 3), "worst": ("", 3)},
-        **{"best": ("", 3), f"{TUNED_TRUTH} / {OURS}": ("", 3), f"floor / {OURS}": ("", 3), "best other": None},
-        **{f"other {IMPROVEMENT}": ("", 3), "outcome": None, f"other / {OURS}": ("", 3)},
-    }
-    rows: list[Sequence[Cell]] = []
-    for group, members in grouped(cells).items():
-        rows.append([group])
-        for scenario in members:
-            row = cells[scenario]
-            other, ours = best_other(row), row.get(OURS)
-            word, ratio = outcome(row)
-            floor = row[NOISE_FLOOR].median if NOISE_FLOOR in row else None
-            gains: list[Cell] = ["failed", None, None]
-            if ours is not None:
-                gains = [ours.median_gain, float(ours.gain.min()), float(ours.gain.max())]
-            limits = [_over(row, line) for line in (TUNED_TRUTH, NOISE_FLOOR)]
-            best: list[Cell] = [other, row[other].median_gain, word, ratio]
-            rows.append([f"  {scenario}", row[BASELINE].median, floor, *gains, *limits, *best])
-    return table(title, rows, columns)
-
-
-def _over(row: Any, line: str) -> Cell:
-    """Return the error of a limit over that of ``adaptive``, the median over the seeds."""
-    return float(np.median(row[line].error / row[OURS].error)) if line in row and OURS in row else None
+    """Return the geometric mean of the improvement over PI, of all scenarios and of each group, the best first."""
+    names = [name for name in dict.fromkeys(key for row in cells.values() for key in row) if name != BASELINE]
+    parts = {"all": cells, **{group: {one: cells[one] for one in part} for group, part in grouped(cells).items()}}
+    means = {name: [mean_gain(part, name) for part in parts.values()] for name in names}
+    ranked = sorted(names, key=lambda name: -means[name][0] if math.isfinite(means[name][0]) else math.inf)
+    rows = [[name, *(gain if math.isfinite(gain) else "failed" for gain in means[name])] for name in ranked]
+    heads = [f"{part} ({len(members)})" for part, members in parts.items()]
+    return table(title, rows, {"controller": None, **dict.fromkeys(heads, ("", 3))}, styles=highlights(names))
 
 
 def standstill_table(results: Results) -> Table | None:
     """Return what moved at standstill; None where the reference of no scenario stands still."""
-    found = standstill_rows(results)
-    if not found:
+    still = {job: found for job, found in results.items() if found[BASELINE].get("standstill") is not None}
+    if not still:
         return None
+    found = collect(still, "standstill")
     names = list(next(iter(found.values())))
-    rows = [[name, *(row.get(name, "failed") for row in found.values())] for name in names]
+    rows = [[name, *(row[name].median if name in row else "failed" for row in found.values())] for name in names]
     columns: Columns = {"controller": None, **dict.fromkeys(found, ("rad/s", 3))}
     return table("Peak-to-peak true velocity at standstill, median over seeds", rows, columns)
 

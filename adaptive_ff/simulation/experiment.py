@@ -24,6 +24,9 @@ from plant import (
 POSITION_STEP = 1e-5
 """Step to which the position that controllers are given is rounded where there is no encoder, rad."""
 
+FINE = 1e-12
+"""Resolution of the encoder of a sensor without noise, rad."""
+
 NO_POSITION_LOOP = PositionLoopParameters(0.0, math.inf)
 """A position loop that does nothing."""
 
@@ -98,6 +101,11 @@ def with_preview(setup: RunSetup, delay: float) -> RunSetup:
     known = steps < setup.reference.size
     acting[known] = setup.reference[steps[known]]
     return setup._replace(acting=acting, lead=lead)
+
+
+def without_noise(setup: RunSetup) -> RunSetup:
+    """Return a setup whose sensor has neither noise nor the steps of its encoder."""
+    return setup._replace(noise=np.zeros_like(setup.noise), resolution=min(setup.resolution, FINE))
 
 
 def planned_position(joint: Any, reference: NDArray[np.float64], period: float) -> NDArray[np.float64]:

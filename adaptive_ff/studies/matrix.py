@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from adaptive_ff.comparison.comparison import BASELINE
 from adaptive_ff.comparison.own import Own, can_be_sent, check_own_names, own_mark
@@ -20,9 +19,10 @@ from adaptive_ff.scenario.loop import TREMBLING
 from adaptive_ff.scenario.scenario import Scenario, load_scenario
 from adaptive_ff.simulation.experiment import build_setup
 from adaptive_ff.simulation.metrics import START, rms, standstill_range
-from adaptive_ff.simulation.tracking_errors import WINDOW, window_slices
+from adaptive_ff.simulation.tracking_errors import TrackingErrors, ratios
 from adaptive_ff.studies.fingerprint import fingerprint
 from adaptive_ff.studies.study import Store, run_study
+from adaptive_ff.studies.tracking import run_errors
 from controllers import fastest_bandwidth
 
 RECOVERY = 10.0
@@ -110,7 +110,7 @@ def run_job(own: Mapping[str, Own], job: Job, controllers: list[str]) -> dict[st
     scenario = cell_scenario(*job)
     setup = build_setup(scenario)
     pi = run_by_name(scenario, BASELINE, setup)
-    base = windows(pi)
+    base = run_errors(pi)
     found: dict[str, Figures] = {}
     for controller in controllers:
         try:
@@ -126,23 +126,15 @@ def run_job(own: Mapping[str, Own], job: Job, controllers: list[str]) -> dict[st
     return found
 
 
-def further_figures(run: Run, base: NDArray[np.float64]) -> Figures:
-    """Return figures of merit beyond those of a run's own; ``base`` holds the errors of PI from :func:`windows`."""
+def further_figures(run: Run, base: TrackingErrors) -> Figures:
+    """Return figures of merit beyond those of a run's own; ``base`` holds the errors of PI."""
     time, error = run.solver_time, run.reference - run.velocity
     change = run.scenario.last_change
-    own = windows(run)
-    later = np.arange(own.size) * WINDOW >= change
     recovered = error[time >= change + RECOVERY]
     second = error[(time > START) & (time <= 2.0 * START)]
     return {
         "rms_error_second": rms(second) if second.size else None,
         "rms_error_recovered": rms(recovered) if change > 0.0 and recovered.size else None,
-        "worst_window": float(np.max(own[later] / np.maximum(base[later], np.finfo(float).tiny))),
+        "worst_window": ratios(base, run_errors(run))["window"],
         "standstill": standstill_range(time, run.reference, run.velocity),
     }
-
-
-def windows(run: Run) -> NDArray[np.float64]:
-    """Return the rms error in each whole window of 5 s, rad/s."""
-    error = run.reference - run.velocity
-    return np.array([rms(error[part]) for part in window_slices(error.size, run.scenario.joint.solver_period)])

@@ -1,4 +1,4 @@
-"""What the matrix says: medians and spreads over seeds, the best of the others of each scenario, a table of all."""
+"""What the matrix says: medians over seeds by scenario and controller, means over scenarios, the best."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -56,7 +56,6 @@ def grouped(names: Iterable[str]) -> dict[str, list[str]]:
 
 
 OURS = "adaptive"
-TUNED_TRUTH = "oracle_tuned"
 
 ALIKE = 1.02
 """A median ratio nearer to one than this factor counts as equal."""
@@ -100,20 +99,6 @@ def collect(results: Results, figure: str = "rms_error_settled") -> Cells:
     return cells
 
 
-def best_other(row: dict[str, Cell]) -> str:
-    """Return the one of the others with the largest median improvement over PI; PI where there is none."""
-    others = {name: cell for name, cell in row.items() if name != OURS and name not in KNOW_THE_TRUTH}
-    return max(others, key=lambda name: others[name].median_gain)
-
-
-def outcome(row: dict[str, Cell]) -> tuple[str, float]:
-    """Return how ``adaptive`` compares with the best of the others: won, equal or lost, and its error over ours."""
-    if OURS not in row:
-        return "lost", 0.0
-    ratio = float(np.median(row[best_other(row)].error / row[OURS].error))  # seed by seed
-    return "won" if ratio > ALIKE else "lost" if ratio < 1.0 / ALIKE else "equal", ratio
-
-
 def mean_gain(cells: Cells, name: str) -> float:
     """Return the geometric mean over scenarios of the improvement over PI; not a number where it failed on one."""
     gains = [row[name].median_gain if name in row else np.nan for row in cells.values()]
@@ -134,15 +119,4 @@ def verdict(cells: Cells) -> dict[str, Any]:
         "worst": worst,
         "worst_over_pi": gains[worst],
         "below_pi": [scenario for scenario, gain in gains.items() if gain < 1.0 / ALIKE],
-    }
-
-
-def standstill_rows(results: Results) -> dict[str, dict[str, float]]:
-    """Return the median peak-to-peak velocity (rad/s) at standstill, by scenario and controller."""
-    return {
-        scenario: {name: cell.median for name, cell in row.items()}
-        for scenario, row in collect(
-            {job: found for job, found in results.items() if found[BASELINE].get("standstill") is not None},
-            "standstill",
-        ).items()
     }
