@@ -41,6 +41,8 @@ class Controller:
     """Version of the layout of its saved states; 1 had neither a version nor what the state belongs to."""
     needs_double: str = ""
     """Why it cannot be exported in single precision; empty where it can."""
+    released: int = 0
+    """How often a controller has left its memory: who holds addresses then takes them anew."""
 
     def __init__(self, parameters: Any, period: float, initial_state: Callable[[Any], Any]) -> None:
         check_period(period)
@@ -364,6 +366,7 @@ class Controller:
     def run_uncompiled(self) -> Self:
         """Make this controller step in plain Python, for debugging; returns itself."""
         self.state, self._native, self._is_plain = self.state, None, True
+        Controller.released += 1
         self._begin_stepping()
         return self
 

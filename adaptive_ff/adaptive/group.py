@@ -15,7 +15,7 @@ from adaptive_ff.adaptive.controller import AdaptiveController
 from adaptive_ff.adaptive.extensions.chain import JointRegressors, carried_links, link_angles, regressor_count
 from adaptive_ff.errors import check_kind, checked_path, read_text
 from adaptive_ff.friction.model import IDENTIFIED
-from controllers import Inputs, Native, Output
+from controllers import Controller, Inputs, Output
 from controllers.arguments import COMMANDED, MEASURED, PREVIEW, RULES, UNKNOWN
 from controllers.arrays import ArrayLike, NDArray
 from controllers.checks import checked_array
@@ -99,12 +99,12 @@ class JointGroup:
         self.period = periods.pop()
         self._regressors = JointRegressors(self.joints, preceding)
         self._rows = np.empty((len(self.joints), len(COLUMNS) + len(Output._fields)))
-        self._stepped: list[Native | None] = []
+        self._bound = -1  # what ``Controller.released`` was when addresses were taken
         self._fast: Callable[..., Any] = declined
 
     def __getstate__(self) -> dict[str, Any]:
         """Return what a copy is made of: no addresses."""
-        return {**self.__dict__, "_stepped": [], "_fast": declined}
+        return {**self.__dict__, "_bound": -1, "_fast": declined}
 
     @classmethod
     def from_table(cls, table: Mapping[str, Any]) -> Self:
@@ -216,7 +216,7 @@ class JointGroup:
             its inertia or ``dt`` not positive and finite, or its regressors are not as many as it takes or beyond 1e6
             in size. The message names the joint; nothing has been changed then, and no joint has been stepped.
         """
-        if self._stepped != [controller._native for controller in self._controllers]:
+        if self._bound != Controller.released:
             self._bind()
         torques: Array = np.empty(len(self._controllers))
         found: Array | None = self._fast(
@@ -254,9 +254,9 @@ class JointGroup:
 
     def _bind(self) -> None:
         """Step all joints in one call, where they are in memory and none needs the angles of others."""
-        self._stepped = [controller._in_memory() for controller in self._controllers]
-        natives = [native.addresses for native in self._stepped if native is not None]
-        together = len(natives) == len(self._stepped) and not self._regressors.forms
+        self._bound, found = Controller.released, [controller._in_memory() for controller in self._controllers]
+        natives = [native.addresses for native in found if native is not None]
+        together = len(natives) == len(found) and not self._regressors.forms
         self._fast = fast_step(natives, self._rows, self.period, together=True) if together else declined
 
     def _checked_step(self, *given: Any) -> Array:
