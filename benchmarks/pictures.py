@@ -12,9 +12,8 @@ from adaptive_ff.files import staged
 from adaptive_ff.report.comparison_pictures import LOOKS
 from adaptive_ff.report.style import INK, QUIET, STYLE, WIDTH, explain_looks, label_above, stamp, write_figures
 from benchmarks.cases import circle
-from benchmarks.friction.laws import fit_all
+from benchmarks.friction.laws import DATA, fit_all, read_record
 from benchmarks.friction.picture import draw
-from benchmarks.friction.record import DATA, read_record
 from benchmarks.paper import closed_loop, offline
 from benchmarks.paper.__main__ import SOURCE
 

@@ -10,12 +10,20 @@ from functools import partial
 
 import numpy as np
 
-from adaptive_ff.simulation.tracking_errors import figures_of, tracking_errors
+from adaptive_ff.simulation.tracking_errors import TrackingErrors, figures_of, tracking_errors
 from adaptive_ff.studies.study import Found
 from benchmarks.cases.holding import HOLDING, SETTLING, at_rest, rest_figures
-from benchmarks.cases.robot_loops import Driven, Setup, drive, make_controllers
-from benchmarks.cases.robot_machines import KINDS, make_machine
-from benchmarks.cases.robot_plans import moves, multisines, then_rest
+from benchmarks.cases.robots import (
+    KINDS,
+    Array,
+    Setup,
+    drive,
+    make_controllers,
+    make_machine,
+    moves,
+    multisines,
+    then_rest,
+)
 from benchmarks.suite import Case
 
 FRICTIONS = ("coulomb", "LuGre")
@@ -28,18 +36,15 @@ def run_moving(machine: str, friction: str, setup: Setup, seconds: float, seed: 
     plan = (moves if setup.cascade else multisines)(made.axes, seed, seconds, 1.0 / setup.rate)
     names = dict.fromkeys(["pi", *controllers])
     runs = {name: drive(made, make_controllers(name, made, setup), plan, setup, seed) for name in names}
-    found = [_figures(runs, setup, joint) for joint in range(len(made.axes))]
+    errors = {name: run.position_error if setup.cascade else run.velocity_error for name, run in runs.items()}
     loop = "position loop" if setup.cascade else "velocity loop"
     gravity = "" if machine == "hinge" else f", gravity {'given' if setup.gravity_given else 'learnt'}"
+    found = [figures_of(_errors(errors, setup.rate, joint)) for joint in range(len(made.axes))]
     return {"": {"row": f"{machine}, {friction}, {setup.rate} Hz, {loop}{gravity}"}, **_by_name(found)}
 
 
-def _figures(runs: dict[str, Driven], setup: Setup, joint: int) -> dict[str, dict[str, float]]:
-    def squares(run: Driven) -> np.ndarray:
-        return np.square((run.position_error if setup.cascade else run.velocity_error)[:, joint])
-
-    errors = {name: tracking_errors(squares(run), 1.0 / setup.rate) for name, run in runs.items()}
-    return figures_of(errors)
+def _errors(errors: dict[str, Array], rate: int, joint: int) -> dict[str, TrackingErrors]:
+    return {name: tracking_errors(np.square(one[:, joint]), 1.0 / rate) for name, one in errors.items()}
 
 
 def _by_name(joints: list[dict[str, dict[str, float]]]) -> Found:
@@ -67,13 +72,12 @@ def run_resting(machine: str, friction: str, rate: int, seed: int, controllers: 
     plan = then_rest(moves(made.axes, seed, MOVING, 1.0 / rate), SETTLING + HOLDING, 1.0 / rate)
     names, rest, found = dict.fromkeys(["pi", *controllers]), round(HOLDING * rate), []
     runs = {name: drive(made, make_controllers(name, made, setup), plan, setup, seed) for name in names}
+    moved = {name: run.position_error[: round(MOVING * rate)] for name, run in runs.items()}
     for joint in range(len(made.axes)):
-        moved = {name: np.square(run.position_error[: round(MOVING * rate), joint]) for name, run in runs.items()}
-        errors = {name: tracking_errors(one, 1.0 / rate) for name, one in moved.items()}
         calm = {
             name: at_rest(run.velocity_error[-rest:, joint], run.torque[-rest:, joint]) for name, run in runs.items()
         }
-        found.append(rest_figures(errors, calm, rate))
+        found.append(rest_figures(_errors(moved, rate, joint), calm, rate))
     return {"": {"row": f"{machine}, {friction}, {rate} Hz"}, **_by_name(found)}
 
 

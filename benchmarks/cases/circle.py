@@ -9,9 +9,7 @@ import numpy as np
 
 from adaptive_ff.simulation.tracking_errors import figures_of, tracking_errors
 from adaptive_ff.studies.study import Found
-from benchmarks.cases.robot_loops import Array, Setup, drive, make_controllers
-from benchmarks.cases.robot_machines import make_machine
-from benchmarks.cases.robot_plans import Plan
+from benchmarks.cases.robots import Array, Plan, Setup, drive, make_controllers, make_machine
 from benchmarks.suite import Case, seeded
 
 LINKS = 0.6, 0.5  # m

@@ -5,6 +5,8 @@ sensors sample it. The first half has the terms of the identified models: Coulom
 in some a lag, a Stribeck curve, viscous friction that bends or differs by direction. The second half has friction laws
 of other forms (LuGre, Maxwell slip, a power of the speed, a smooth sign), friction that warms up or depends on position
 or load, an elastic gear, coupling torques, a filtered or late torque, coarse encoders, and clocks that jitter.
+
+Beside them are joints of another simulator that stick under PI alone: stiction falls with the square of the speed.
 """
 
 import math
@@ -12,27 +14,27 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import interpolate, signal
+from scipy import signal
 
 from adaptive_ff.logs.log import Log
+from benchmarks.cases.other_joints import draw, drive, loop_gains
+from controllers import PI
 
 Array = NDArray[np.float64]
 
 FINE = 4000.0  # rate at which motion and friction are computed, Hz
 
+MODELLED = ("plain", "lag", "stribeck", "bend", "directions")
 FOREIGN = ("lugre", "maxwell", "power", "smooth", "warming", "position", "load", "elastic", "coupled", "late")
 
 
 class Case(NamedTuple):
     """A log with its truth."""
 
-    log: Log  # the log
-    # ``inertia``, and ``coulomb`` and ``viscous``: the line through the static friction curve over the speeds of the
-    # motion, least squares in time
-    truth: dict[str, float]
-    kind: str  # which physics
-    duration: float  # length, s
-    enough: bool  # whether it has ten reversals, 30 s, and a tenth of its torque from the inertia
+    log: Log
+    truth: dict[str, float]  # inertia, and of the static friction along the motion ``coulomb`` and ``viscous``
+    kind: str  # which physics, or what the log lacks
+    delay: float = 0.0  # time after its stamp at which a torque acts, s
 
 
 class Motion(NamedTuple):
@@ -143,13 +145,10 @@ def draw_friction(generator: np.random.Generator, kind: str, coulomb: float, vis
     return Law(static, static)
 
 
-def make_case(seed: int, *, foreign: bool | None = None, record: int = 0) -> Case:
+def make_case(seed: int, *, record: int = 0) -> Case:
     """Draw a joint and record it; other records of the same seed have the joint in common, but not the motion."""
     generator = np.random.default_rng([seed, 1])
-    foreign = bool(seed % 2) if foreign is None else foreign
-    kind = str(
-        generator.choice(FOREIGN) if foreign else generator.choice(["plain", "lag", "stribeck", "bend", "directions"])
-    )
+    kind = str(generator.choice(FOREIGN if seed % 2 else MODELLED))
     rate = float(generator.choice([25.0, 50.0, 100.0, 250.0, 500.0, 1000.0]))
     pace = between(generator, 0.1, min(1.5, rate / 60.0))
     speed = between(generator, 0.3, 5.0)
@@ -167,9 +166,8 @@ def make_case(seed: int, *, foreign: bool | None = None, record: int = 0) -> Cas
     pull = weight * np.sin(motion.position + phase)
     torque, position = inertia * motion.acceleration + law.torque + offset + pull, motion.position
     if kind == "load":
-        torque = torque + generator.uniform(0.05, 0.3) * np.abs(pull + inertia * motion.acceleration) * np.sign(
-            motion.velocity
-        )
+        carried = np.abs(pull + inertia * motion.acceleration)
+        torque = torque + generator.uniform(0.05, 0.3) * carried * np.sign(motion.velocity)
     if kind == "elastic":
         stiffness = 0.5 * inertia * (2.0 * np.pi * between(generator, 8.0, 40.0) * max(1.0, pace)) ** 2
         position = position + signal.fftconvolve(torque, np.ones(20) / 20, "same") / stiffness
@@ -180,45 +178,45 @@ def make_case(seed: int, *, foreign: bool | None = None, record: int = 0) -> Cas
     if kind == "late":
         torque = _lagged(torque, between(generator, 0.001, 0.01))
         torque = np.roll(torque, round(FINE / rate * generator.uniform(-0.5, 1.0)))
-    return _sampled(
-        moves,
-        Case(_log(seed, motion.time, torque, position), _truth(inertia, law, motion), kind, duration, False),
-        rate,
-        counts,
-        level,
-        jitter,
-    )
-
-
-def _log(seed: int, time: Array, torque: Array, position: Array) -> Log:
-    return Log(f"log {seed}", time, torque, position=position)
-
-
-def _truth(inertia: float, law: Law, motion: Motion) -> dict[str, float]:
-    moving = np.abs(motion.velocity) > 0.02 * np.quantile(np.abs(motion.velocity), 0.95)
-    columns = np.column_stack([np.sign(motion.velocity), motion.velocity])[moving]
-    line = np.linalg.lstsq(columns, law.static[moving])[0]
-    return {"inertia": inertia, "coulomb": float(line[0]), "viscous": float(line[1])}
-
-
-def _sampled(
-    generator: np.random.Generator, case: Case, rate: float, counts: float, level: float, jitter: float
-) -> Case:
-    fine = case.log
-    time = np.arange(0.0, case.duration, 1.0 / rate)
+    time = np.arange(0.0, duration, 1.0 / rate)
     if jitter > 0.8:
-        time = time + generator.uniform(-0.3, 0.3, time.size) / rate
-        time = time[(time >= 0.0) & (time < case.duration)]
-    assert fine.position is not None
-    torque, position = (np.interp(time, fine.time, one) for one in (fine.torque, fine.position))
+        time = time + moves.uniform(-0.3, 0.3, time.size) / rate
+        time = time[(time >= 0.0) & (time < duration)]
+    torque, position = (np.interp(time, motion.time, one) for one in (torque, position))
     decay = math.exp(-1.0 / (rate * 0.02))
-    white = generator.standard_normal((2, time.size + 500))
+    white = moves.standard_normal((2, time.size + 500))
     coloured = signal.lfilter([math.sqrt(1.0 - decay**2)], [1.0, -decay], white[0])[500:]
     torque = torque + level * np.std(torque) * math.sqrt(0.5) * (coloured + white[1, 500:])
     step = 2.0 * np.pi / counts
-    position = np.round(position / step) * step
-    speed = np.gradient(interpolate.make_interp_spline(time, position, k=1)(time), time)
-    reversals = int(np.count_nonzero(np.diff(np.sign(speed[np.abs(speed) > 0.05 * np.max(np.abs(speed))]))))
-    inertial = case.truth["inertia"] * np.std(np.gradient(np.gradient(fine.position, fine.time), fine.time)[::40])
-    enough = case.duration >= 30.0 and reversals >= 10 and inertial >= 0.1 * np.std(torque)
-    return case._replace(log=Log(fine.name, time, torque, position=position), enough=bool(enough))
+    log = Log(f"log {seed}", time, torque, position=np.round(position / step) * step)
+    return Case(log, truth_of(inertia, law.static, motion.velocity), kind)
+
+
+def truth_of(inertia: float, static: Array, velocity: Array) -> dict[str, float]:
+    """Return the inertia, and the line through the static friction over the speeds of a motion, by least squares."""
+    moving = np.abs(velocity) > 0.02 * np.quantile(np.abs(velocity), 0.95)
+    line = np.linalg.lstsq(np.column_stack([np.sign(velocity), velocity])[moving], static[moving])[0]
+    return {"inertia": inertia, "coulomb": float(line[0]), "viscous": float(line[1])}
+
+
+NOISES = (0.005, 0.05)  # least and largest noise of the torque of a joint under PI alone, over its Coulomb friction
+STREAM = 79  # stream of random numbers of that noise
+COARSE = 3.0  # counts in a sample at half of the largest planned speed below which an encoder counts as coarse
+
+
+def driven_case(seed: int) -> Case:
+    """Return the log of a joint of another simulator under PI alone, whose motion is not designed to identify it."""
+    joint, loop, plan = draw(seed)
+    run = drive(PI(*loop_gains(joint, loop)), joint, loop, plan, seed)
+    random = np.random.default_rng([seed, STREAM])
+    noise = joint.coulomb * NOISES[0] * (NOISES[1] / NOISES[0]) ** random.random()
+    torque = run.torques + noise * random.standard_normal(run.torques.size)
+    tachometer = loop.sensor == "tachometer"
+    motion = {"velocity": run.measured} if tachometer else {"position": run.readings}
+    velocity = run.measured if tachometer else np.gradient(run.readings, run.times)
+    falling = (joint.stiction - joint.coulomb) * np.exp(-((velocity / joint.stribeck_velocity) ** 2))
+    static = np.sign(velocity) * (joint.coulomb + falling) + joint.viscous * velocity
+    counts = 0.5 * float(np.abs(plan).max()) * loop.period / loop.resolution
+    kind = "coarse encoder" if counts < COARSE and not tachometer else "cogging" if joint.cogging > 0.0 else "other"
+    log = Log(f"joint {seed}", run.times, torque, **motion)
+    return Case(log, truth_of(joint.inertia, static, velocity), kind, 0.5 * loop.period)

@@ -51,25 +51,17 @@ def held_joints() -> Iterable[HeldJoint]:
                 yield HeldJoint(f"{kind}, {inertia} kg m^2, {rate} Hz", {**base, **own}, rate)
 
 
-def plan(seed: int) -> dict[str, Any]:
-    """Draw the table ``[reference]`` of a minute of moves between drawn points."""
-    generator = np.random.default_rng([seed, 77])
-    speed, positions = float(generator.uniform(0.1, 0.4)), []
-    elapsed, position = 0.0, 0.0
-    while elapsed < MOVING - 5.0:
-        following = round(float(generator.uniform(-0.5, 0.5)), 3)
-        elapsed += abs(following - position) / speed + speed / 1.0 + 1.0 / 20.0 + 0.5
-        positions.append(following)
-        position = following
-    return {
-        "kind": "point_to_point",
-        "positions": positions,
-        "speed": speed,
-        "acceleration": 1.0,
-        "jerk": 20.0,
-        "dwell": 0.5,
-        "repeats": 1,
-    }
+def drawn_moves(
+    generator: np.random.Generator, speeds: tuple[float, float], swing: float, acceleration: float, until: float
+) -> dict[str, Any]:
+    """Draw the table ``[reference]`` of moves between points within a swing (rad) up to a time (s)."""
+    speed, elapsed, positions = float(generator.uniform(*speeds)), 0.0, [0.0]
+    jerk, dwell = 20.0 * acceleration, 0.5
+    while elapsed < until:
+        positions.append(round(float(generator.uniform(-swing, swing)), 3))
+        elapsed += abs(positions[-1] - positions[-2]) / speed + speed / acceleration + acceleration / jerk + dwell
+    limits = {"speed": speed, "acceleration": acceleration, "jerk": jerk, "dwell": dwell}
+    return {"kind": "point_to_point", "positions": positions[1:], **limits, "repeats": 1}
 
 
 def scenario_of(case: HeldJoint, seed: int) -> Scenario:
@@ -82,7 +74,7 @@ def scenario_of(case: HeldJoint, seed: int) -> Scenario:
         sampling={"period": 1.0 / case.rate},
         sensor={"velocity_noise": 0.0, "encoder_resolution": RESOLUTION},
         actuator={"torque_limit": 20.0 * inertia},
-        reference=plan(seed),
+        reference=drawn_moves(np.random.default_rng([seed, 77]), (0.1, 0.4), 0.5, 1.0, MOVING - 5.0),
         position={},
         feedback={"inertia": inertia, "bandwidth": 10.0},
         controllers=["pi", "adaptive"],

@@ -15,8 +15,7 @@ from adaptive_ff.identify.identification import identify_log
 from adaptive_ff.identify.result import UNUSABLE
 from adaptive_ff.logs.log import Log
 from adaptive_ff.studies.study import Found
-from benchmarks.cases.drawn_logs import make_case
-from benchmarks.cases.driven_logs import driven_case
+from benchmarks.cases.drawn_logs import driven_case, make_case
 from benchmarks.suite import Case
 
 NAMES = ("inertia", "coulomb", "viscous")

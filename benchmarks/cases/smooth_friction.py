@@ -15,9 +15,7 @@ from numpy.typing import NDArray
 
 from adaptive_ff.simulation.tracking_errors import figures_of, tracking_errors
 from adaptive_ff.studies.study import Found
-from benchmarks.cases.robot_loops import BANDWIDTH, RESOLUTION, VELOCITY_NOISE
-from benchmarks.cases.robot_machines import Axis
-from benchmarks.cases.robot_plans import Plan, moves, multisines
+from benchmarks.cases.robots import BANDWIDTH, RESOLUTION, VELOCITY_NOISE, Axis, Plan, moves, multisines
 from benchmarks.cases.stepped import controller_class
 from benchmarks.suite import Case as SuiteCase
 from benchmarks.suite import seeded

@@ -11,7 +11,7 @@ from contextlib import contextmanager
 from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 from adaptive_ff import AdaptiveController, export_controller, load_scenario
 from adaptive_ff.comparison.registry import CONTROLLERS
@@ -22,26 +22,12 @@ SIZES = {"symmetric": ESTIMATED, "offset": WITH_OFFSET, "gravity": WITH_GRAVITY,
 STRICT = ("-std=c99", "-ffp-contract=off")
 
 
-class Row(NamedTuple):
-    """One line of what a section has found."""
-
-    what: str  # what was measured
-    figure: float | str  # what was found
-    met: bool | None = None  # whether its target is met; None where there is none or nothing could be measured
-
-
 def adaptive(size: str, delay: float = 0.0, velocity_lag: float = 0.0, **further: Any) -> AdaptiveController:
     """Make an adaptive controller for the built-in joint."""
     design = PI.design(inertia=20.0, period=0.01, bandwidth=10.0)
     settings = {"parameters": SIZES.get(size, PER_DIRECTION_WITH_GRAVITY), "delay": delay, "velocity_lag": velocity_lag}
     known: dict[str, Any] = {"inertia": 20.0, "stribeck_velocity": 0.05, **settings, **further}
     return AdaptiveController(design.proportional, design.integral, 0.01, **known)
-
-
-def everything() -> AdaptiveController:
-    """Make an adaptive controller with all that it can learn: 28 columns."""
-    known = {"ripple_periods": [0.02], "position_periods": [0.3], "position_hats": 5, "load_friction": True}
-    return adaptive("all", 1.5, 0.004, **known, regressors=2)
 
 
 def variants() -> dict[str, Callable[[], Any]]:

@@ -17,14 +17,13 @@ from adaptive_ff.comparison.registry import make_controller
 from adaptive_ff.export.buffer import state_to_bytes
 from adaptive_ff.scenario.library import SCENARIOS
 from adaptive_ff.simulation.experiment import build_setup
+from benchmarks.cases.reports import Row, limited
 from benchmarks.export.chips import M4, M7
 from benchmarks.export.project import (
-    Row,
     adaptive,
     compiled,
     compilers,
     difference,
-    everything,
     exported,
     run,
     variants,
@@ -35,9 +34,6 @@ from controllers import planned_inputs, step
 
 WARNINGS = ("-Wall", "-Wextra", "-Wconversion", "-Wshadow", "-pedantic", "-Werror")
 CLOSENESS = 1e-11  # largest difference of another machine's torque to Python's, over the largest torque
-LARGEST = {"code and constants, bytes": 20_000, "state, bytes": 4096, "stack of a step, bytes": 2048, "lines": 4000}
-"""Targets of the adaptive controller on a Cortex-M7, in double."""
-
 ALLOWED = {"exp", "expm1", "log", "pow", "sqrt", "memcpy", "memset"}
 EMULATED = {
     "x86_64": ("x86_64-linux-musl", ""),
@@ -60,7 +56,7 @@ def exporting() -> list[Row]:
             begin = time.perf_counter()
             export_controller(adaptive("directions", 1.5, 0.004), folder, with_fmu=fmu)
             spent = time.perf_counter() - begin
-        rows.append(Row(f"export{' with FMU' if fmu else ''}", spent, spent < 10.0))
+        rows.append(limited(f"export{' with FMU' if fmu else ''}", spent, 10.0))
     controller = adaptive("symmetric")
     for name, item in {"compiled Python": controller, "C": run_in_c(controller)}.items():
         best = min(_spent(item) for _ in range(5))
@@ -84,33 +80,12 @@ def objects() -> list[Row]:
             rows.append(Row(f"object for {name}", "skipped"))
             continue
         with exported(adaptive("offset"), single=name.endswith("single")) as folder:
-            rows.append(Row(f"object for {name}", compiled(folder, command, *WARNINGS)[0], True))
+            rows.append(Row(f"object for {name}", compiled(folder, command, *WARNINGS)[0], "compiles", True))
             needed = {line.split()[-1] for line in run(folder, "arm-none-eabi-nm", "-u", "drive.o").splitlines()}
             own = needed - library
-            rows.append(Row("undefined symbols", len(own), all(one.startswith("__aeabi_") for one in own)))
-    return rows
-
-
-def sizes() -> list[Row]:
-    """Compile the adaptive controller for a Cortex-M7; list code, state, stack and lines."""
-    if not shutil.which(M7[0]):
-        return [Row("sizes", "skipped")]
-    rows = []
-    for name, maker in {
-        "a joint with gravity": lambda: adaptive("gravity"),
-        "all that can be learnt": everything,
-    }.items():
-        with exported(maker()) as folder:
-            code, state = compiled(folder, M7, "-fstack-usage")
-            lines = (line.split("\t") for line in (folder / "drive.su").read_text().splitlines())
-            frames = {frame.rpartition(":")[2]: int(size) for frame, size, _ in lines}
-            inner = max(size for frame, size in frames.items() if not frame.startswith("drive_"))
-            length = sum(len((folder / f"drive.{end}").read_text().splitlines()) for end in "ch")
-        measured = (code, state, frames["drive_step"] + inner, length)  # what is not inlined in a step has a frame, too
-        rows += [
-            Row(f"{name}: {what}", value, value <= most)
-            for (what, most), value in zip(LARGEST.items(), measured, strict=True)
-        ]
+            rows.append(
+                Row("undefined symbols", len(own), "arithmetic", all(one.startswith("__aeabi_") for one in own))
+            )
     return rows
 
 
@@ -124,7 +99,7 @@ def machines() -> list[Row]:
                 rows.append(Row(what, "skipped"))
                 continue
             worst = difference(folder, [*command, "-O2", "-static", "-target", triple], [emulator] if emulator else [])
-            rows.append(Row(what, worst, worst <= CLOSENESS))
+            rows.append(limited(what, worst, CLOSENESS))
     return rows
 
 
@@ -133,7 +108,7 @@ def sanitized() -> list[Row]:
     if "gcc" not in compilers():
         return [Row("sanitizers", "skipped")]
     with exported(adaptive("directions", 1.5, 0.004)) as folder:
-        return [Row("sanitizers: address, undefined", worst := difference(folder, ["gcc", *SANITIZERS]), worst == 0.0)]
+        return [limited("sanitizers: address, undefined", difference(folder, ["gcc", *SANITIZERS]), 0.0)]
 
 
 def bits() -> list[Row]:
@@ -146,7 +121,7 @@ def bits() -> list[Row]:
                 if difference(folder, build) > 0.0:
                     unequal[build].append(name)
     return [
-        Row(f"random inputs, {program} {level} -std=c99", len(names), not names)
+        limited(f"random inputs, {program} {level} -std=c99", len(names), 0)
         for (program, level), names in unequal.items()
     ]
 
@@ -173,7 +148,7 @@ def closed_loops() -> list[Row]:
         costs.append(runs[2].metrics.rms_error_settled / runs[1].metrics.rms_error_settled)
     values = np.array(costs)
     return [
-        Row("closed loop, cc -O2: scenarios that differ", differing, differing == 0),
+        limited("closed loop, cc -O2: scenarios that differ", differing, 0),
         Row("settled error in single over double precision, median", float(np.median(values))),
         Row("scenarios within 0.1 %", float(np.mean(np.abs(values - 1.0) <= 1e-3))),
         Row("worst", float(values.max())),
@@ -218,15 +193,14 @@ def steps() -> list[Row]:
     table = np.array(times)
     ratios = np.median(table / table[:, :1], axis=0)[1:]
     return [
-        Row(f"step, {' '.join(build)} over compiled Python, same torques", float(ratio), bool(ratio <= LARGEST_RATIO))
+        limited(f"step, {' '.join(build)} over compiled Python, same torques", float(ratio), LARGEST_RATIO)
         for build, ratio in zip(builds, ratios, strict=True)
     ]
 
 
-SECTIONS: dict[str, Callable[[], list[Row]]] = {
+EXPERIMENTS: dict[str, Callable[[], list[Row]]] = {
     "python": exporting,
     "objects": objects,
-    "sizes": sizes,
     "machines": machines,
     "sanitizers": sanitized,
     "speed": steps,

@@ -1,25 +1,67 @@
 """The friction laws of ``plant`` along an imposed motion, and their fits to a record.
 
 Each law is the one of the joint's own step: a joint too heavy to be moved by its friction is pushed along the motion.
-A record of one speed shows neither a Stribeck curve nor viscous friction, so stiction is Coulomb friction here.
+The measured record is of a reciprocating contact of 0.24 mm stroke under a constant normal load of 5 N. A record of one
+speed shows neither a Stribeck curve nor viscous friction, so stiction is Coulomb friction here.
 """
 
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from pathlib import Path
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares, minimize_scalar
 
 from adaptive_ff.simulation.loop import step_joint
-from benchmarks.friction.record import PreslidingRecord
+from benchmarks.cases.reports import Row, limited
 from controllers.compiled import compiled
 from plant import ElastoPlasticJoint, LuGreJoint, MaxwellJoint, RollingJoint, initial_state
 
 HEAVY = 1e12  # inertia of the joint that is pushed along, kg
 STEP = 0.005  # solver period that the joints are checked for, s; the record's is the same but for a few samples
+DATA = (
+    Path(__file__).resolve().parents[3] / "shared" / "data" / "tribometer_presliding" / "reciprocating_presliding.npz"
+)
+
+LOADED = 4.9  # normal load from which on the contact counts as loaded, N
+RUN_IN = 15.0  # time that is left out: the load is put on and the first stroke begins elsewhere, s
+PLAY = 2e-7  # half width of the play operator that takes the flicker of the last digit (1e-7 m) out of the position, m
+
+
+class PreslidingRecord(NamedTuple):
+    """A record of friction over an imposed motion."""
+
+    period: NDArray[np.float64]  # shape (n,): time since the sample before, s
+    position: NDArray[np.float64]  # shape (n,): position, m, without its flicker
+    velocity: NDArray[np.float64]  # shape (n,): mean velocity since the sample before, m/s
+    force: NDArray[np.float64]  # shape (n,): friction force against motion in the direction of the position, N
+
+    def part(self, which: slice) -> "PreslidingRecord":
+        """Return some of the samples."""
+        return PreslidingRecord(*(series[which] for series in self))
+
+
+def without_flicker(position: NDArray[np.float64], play: float = PLAY) -> NDArray[np.float64]:
+    """Return the output of a play operator: it follows a position only where that has moved by more than the play."""
+    kept, held = np.empty_like(position), float(position[0])
+    for index, value in enumerate(position.tolist()):
+        held = min(max(held, value - play), value + play)
+        kept[index] = held
+    return kept
+
+
+def read_record(path: Path = DATA) -> PreslidingRecord:
+    """Read the loaded part of the record; the source's friction has the other sign."""
+    with np.load(path) as arrays:
+        time, load = arrays["t_s"], 1e-6 * arrays["normal_uN"]
+        used = (load > LOADED) & (time > RUN_IN)
+        time, position, force = time[used], 1e-3 * arrays["position_mm"][used], -1e-6 * arrays["friction_uN"][used]
+    position = without_flicker(position - np.mean(position))
+    period = np.diff(time)
+    return PreslidingRecord(period, position[1:], np.diff(position) / period, force[1:])
 
 
 def _push(joint: Any, state: Any, velocity: Any, period: Any, force: Any) -> None:
@@ -167,3 +209,17 @@ def fit_law(law: Law, record: PreslidingRecord) -> Fit:
 def fit_all(record: PreslidingRecord) -> list[Fit]:
     """Fit Coulomb friction, without and with lag, and every law."""
     return [fit_coulomb(record), fit_lagged(record), *(fit_law(law, record) for law in LAWS)]
+
+
+def report() -> list[Row]:
+    """Return the errors of the laws on the measured record over that of Coulomb friction."""
+    if not DATA.is_file():
+        raise ValueError("the measured record is not beside this repository")
+    fits, asked = fit_all(read_record(DATA)), {law.name: law.fraction for law in LAWS}
+    over = {fit.law: fit.tested / fits[0].tested for fit in fits}
+    return [
+        limited(law, fraction, asked[law]) if law in asked else Row(law, fraction) for law, fraction in over.items()
+    ]
+
+
+EXPERIMENTS = {"presliding record": report}

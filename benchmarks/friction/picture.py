@@ -5,8 +5,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from benchmarks.friction.laws import Fit, force_along
-from benchmarks.friction.record import PreslidingRecord
+from benchmarks.friction.laws import Fit, PreslidingRecord, force_along
 from plant import (
     BacklashJoint,
     BacklashState,

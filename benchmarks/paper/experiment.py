@@ -9,41 +9,21 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from adaptive_ff.friction.model import ESTIMATED
-from benchmarks.paper.data import SYMBOLS, TRUTH_VALUES, Array
+from benchmarks.cases.reports import Row
+from benchmarks.paper.records import TRUTH_VALUES, Array
 
-
-@dataclass(frozen=True)
-class Row:
-    """A line of the table.
-
-    ``quantity``: what was measured, unit included; ``value``: the figure; ``target``: what it should reach, empty where
-    nothing is asked; ``met``: whether it does; None without a target.
-    """
-
-    quantity: str
-    value: float | str
-    target: str = ""
-    met: bool | None = None
-
-
-def limited(quantity: str, value: float, limit: float) -> Row:
-    """Return a row whose figure should not be above a limit."""
-    return Row(quantity, value, f"<= {limit:g}", value <= limit)
+SYMBOLS = dict(zip(ESTIMATED, ("J", "Fc", "Fs", "sigma", "tau"), strict=True))
+"""The paper's symbols of the identified parameters."""
 
 
 @dataclass(frozen=True)
 class Experiment:
-    """Result of one experiment.
+    """Result of one experiment."""
 
-    ``title``: figure or section of the paper, and what was done; ``rows``: the figures; ``notes``: what agrees with the
-    paper, what cannot be known, what was found; a sentence each; ``figures``: pictures by file name without ending,
-    such as ``figure_04``.
-    """
-
-    title: str
-    rows: list[Row]
-    notes: list[str] = field(default_factory=list)
-    figures: dict[str, Figure] = field(default_factory=dict)
+    title: str  # figure or section of the paper, and what was done
+    rows: list[Row]  # the figures
+    notes: list[str] = field(default_factory=list)  # what agrees with the paper, cannot be known, was found
+    figures: dict[str, Figure] = field(default_factory=dict)  # pictures by file name without ending: ``figure_04``
 
 
 def notes(experiment: str) -> list[str]:
@@ -51,13 +31,23 @@ def notes(experiment: str) -> list[str]:
     return list(tomllib.loads(Path(__file__).with_name("notes.toml").read_text(encoding="utf-8"))[experiment])
 
 
+def rms(values: Array) -> float:
+    """Return the root mean square."""
+    return float(np.sqrt(np.mean(values**2)))
+
+
+def deviations(physical: Sequence[float] | Array) -> dict[str, float]:
+    """Return by how much each identified parameter is off the truth, %."""
+    off = 100.0 * (np.array(physical[: len(ESTIMATED)]) / TRUTH_VALUES - 1.0)
+    return dict(zip(ESTIMATED, off.tolist(), strict=True))
+
+
+def in_words(physical: Sequence[float] | Array) -> str:
+    """Return the deviations of physical parameters from the truth as a line of text, %."""
+    return ", ".join(f"{SYMBOLS[name]} {value:+.1f}" for name, value in deviations(physical).items())
+
+
 def median_and_range(values: Sequence[float], digits: int = 2) -> str:
     """Return the median of some numbers and their range as text."""
     low, middle, high = np.quantile(np.asarray(values, dtype=np.float64), (0.0, 0.5, 1.0))
     return f"{middle:.{digits}f} ({low:.{digits}f} to {high:.{digits}f})"
-
-
-def median_deviation(estimates: Sequence[Array]) -> str:
-    """Return by how much physical parameters are off the truth, in %, the median over some records, as text."""
-    deviations = 100.0 * (np.median(np.array(estimates), axis=0) / TRUTH_VALUES - 1.0)
-    return ", ".join(f"{SYMBOLS[name]} {value:+.1f}" for name, value in zip(ESTIMATED, deviations, strict=True))

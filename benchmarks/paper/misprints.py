@@ -8,16 +8,15 @@ back. With ``D = J tau + J Ts + sigma Ts^2`` the paper prints
     b1 = tau Ts^2/D   instead of   tau Ts/D
 """
 
-import math
-
 import numpy as np
 
 from adaptive_ff.friction.model import ESTIMATED, TorqueModel
 from adaptive_ff.learning.batch_least_squares import Array
-from adaptive_ff.learning.series import SeriesCoefficients, series_coefficients, write_physical
-from benchmarks.paper.data import PERIOD, SEED, SYMBOLS, TRUE, rms, simulate_noise
-from benchmarks.paper.experiment import Experiment, Row, notes
-from benchmarks.paper.identification import series, series_one_step
+from adaptive_ff.learning.series import SeriesCoefficients, series_coefficients
+from benchmarks.cases.reports import Row
+from benchmarks.paper.estimators import physical_series, series, series_one_step
+from benchmarks.paper.experiment import SYMBOLS, Experiment, notes, rms
+from benchmarks.paper.records import PERIOD, SEED, TRUE, simulate_noise
 
 MILLISECOND = 1e-3  # s
 EXACT = 1e-9  # relative difference below which two numbers count as equal
@@ -50,9 +49,7 @@ def joint_of_reading(coefficients: Array, period: float, reading: str) -> dict[s
     As printed, ``a1 - a2 = J Ts/D``, ``1 - a1 = sigma Ts^2/D`` and ``tau = b1/(b0 - b1)``; in all readings
     ``b0 - b1 = Ts^2/D``, so the friction torques come out alike.
     """
-    row = np.full(len(ESTIMATED), math.nan)
-    write_physical(coefficients, period, row)
-    found = dict(zip(ESTIMATED, (float(value) for value in row), strict=True))
+    found = dict(zip(ESTIMATED, physical_series(coefficients[np.newaxis], period)[0].tolist(), strict=True))
     a1, a2, b0, b1 = (float(value) for value in coefficients[:4])
     printed_a1, printed_b = READINGS[reading]
     if printed_a1:

@@ -2,26 +2,11 @@
 
 from adaptive_ff.friction.model import ESTIMATED
 from adaptive_ff.learning.batch import Identification
-from benchmarks.paper.data import (
-    MORE_SEEDS,
-    SEED,
-    SYMBOLS,
-    Data,
-    deviations,
-    in_words,
-    rms,
-    simulate_noise,
-)
-from benchmarks.paper.experiment import Experiment, Row, limited, notes
+from benchmarks.cases.reports import Row, limited
+from benchmarks.paper.estimators import filtered, series, series_free_run, series_one_step
+from benchmarks.paper.experiment import SYMBOLS, Experiment, deviations, in_words, notes, rms
 from benchmarks.paper.figures import figure_04
-from benchmarks.paper.identification import (
-    filtered,
-    model_free_run,
-    model_one_step,
-    series,
-    series_free_run,
-    series_one_step,
-)
+from benchmarks.paper.records import MORE_SEEDS, SEED, Record, predict, simulate_noise
 
 FINE_PERIOD = 0.001  # s
 PLAIN = "(4), all samples, u commanded at k"
@@ -38,7 +23,7 @@ LIMITS = {
 """Largest deviation of each parameter from the truth that is asked for, %."""
 
 
-def identify_all(data: Data) -> dict[str, Identification]:
+def identify_all(data: Record) -> dict[str, Identification]:
     """Identify in every way that is compared."""
     return {
         PLAIN: series(data.velocity, data.commanded, sliding=False),
@@ -52,18 +37,9 @@ def identify_all(data: Data) -> dict[str, Identification]:
 
 def worst_deviations(seeds: range) -> dict[str, dict[str, float]]:
     """Return the largest deviation (%) of each parameter over some seeds, for the ways with a target."""
-    worst = {name: dict.fromkeys(ESTIMATED, 0.0) for name in LIMITS}
-    for seed in seeds:
-        data = simulate_noise(seed)
-        found = {
-            SLIDING: series(data.velocity, data.acting, sliding=True),
-            FILTERED: filtered(data),
-            FINE: filtered(data.every(FINE_PERIOD)),
-        }
-        for name, parameters in worst.items():
-            for parameter, deviation in deviations(found[name].model).items():
-                parameters[parameter] = max(parameters[parameter], 100.0 * abs(deviation))
-    return worst
+    every = [identify_all(simulate_noise(seed)) for seed in seeds]
+    off = {way: [deviations(found[way].model) for found in every] for way in LIMITS}
+    return {way: {name: max(abs(one[name]) for one in each) for name in ESTIMATED} for way, each in off.items()}
 
 
 def run() -> Experiment:
@@ -74,30 +50,24 @@ def run() -> Experiment:
     worst = worst_deviations(MORE_SEEDS)
     for name, limits in LIMITS.items():
         for parameter, limit in limits.items():
-            value = worst[name][parameter]
             quantity = f"{name}: {SYMBOLS[parameter]} off by, %, worst of {len(MORE_SEEDS)} seeds"
-            rows.append(limited(quantity, value, limit))
+            rows.append(limited(quantity, worst[name][parameter], limit))
     rows += prediction_rows(data, found)
-    return Experiment(
-        "Fig. 4, section IV-A: offline least squares",
-        rows,
-        notes("offline"),
-        {"figure_04": figure_04(data, *(found[name] for name in (SHIFTED, SLIDING, FILTERED)))},
-    )
+    figure = figure_04(data, *(found[name] for name in (SHIFTED, SLIDING, FILTERED)))
+    return Experiment("Fig. 4, section IV-A: offline least squares", rows, notes("offline"), {"figure_04": figure})
 
 
-def prediction_rows(data: Data, found: dict[str, Identification]) -> list[Row]:
+def prediction_rows(data: Record, found: dict[str, Identification]) -> list[Row]:
     """Return one-step and free-run errors of the ways at 10 ms."""
-    velocity, errors = data.velocity, {}
+    errors = {}
     for name, torque in ((PLAIN, data.commanded), (SHIFTED, data.acting), (SLIDING, data.acting)):
-        coefficients = found[name].regression.values
-        one_step = series_one_step(coefficients, velocity, torque)
-        errors[name] = one_step, series_free_run(coefficients, velocity, torque) - velocity
+        fit = found[name].regression.values, data.velocity, torque
+        errors[name] = series_one_step(*fit), series_free_run(*fit) - data.velocity
     model = found[FILTERED].model
-    errors[FILTERED] = model_one_step(model, velocity, data.acting), model_free_run(model, data) - velocity
+    errors[FILTERED] = [predict(model, data, one_step=step) - data.velocity for step in (True, False)]
     rows = [
-        Row(f"{name}: {kind} error, mrad/s rms", 1e3 * rms(error))
+        Row(f"{name}: {kind} error, mrad/s rms", 1e3 * rms(both[place]))
         for place, kind in enumerate(("one-step", "free-run"))
-        for name, error in ((name, both[place]) for name, both in errors.items())
+        for name, both in errors.items()
     ]
-    return [*rows, Row("velocity itself, mrad/s rms", 1e3 * rms(velocity))]
+    return [*rows, Row("velocity itself, mrad/s rms", 1e3 * rms(data.velocity))]

@@ -9,10 +9,11 @@ import numpy as np
 
 from adaptive_ff.learning.batch import Mask
 from adaptive_ff.learning.batch_least_squares import Array
-from benchmarks.paper.data import PERIOD, SEED, TRUE, Data, rms, simulate_noise
-from benchmarks.paper.experiment import Experiment, Row, notes
+from benchmarks.cases.reports import Row
+from benchmarks.paper.estimators import FIRST, filtered, series, series_one_step
+from benchmarks.paper.experiment import Experiment, notes, rms
 from benchmarks.paper.figures import figure_03
-from benchmarks.paper.identification import FIRST, filtered, model_one_step, series, series_one_step
+from benchmarks.paper.records import PERIOD, SEED, TRUE, Record, predict, simulate_noise
 
 CORNERS = (0.25, 0.5, 1.0, 2.0, 4.0, 8.0)  # Hz
 DURATION = 300.0  # s
@@ -64,11 +65,11 @@ def kinds_of(velocity: Array) -> dict[str, Mask]:
     return dict(zip(KINDS, (reversal, following, rest, ~(reversal | following | rest)), strict=True))
 
 
-def measure(data: Data, coefficients: Array) -> Reversals:
+def measure(data: Record, coefficients: Array) -> Reversals:
     """Measure the one-step errors of (4) with some coefficients on each kind of samples of a record."""
     errors = series_one_step(coefficients, data.velocity, data.acting)[FIRST:]
     kinds = kinds_of(data.velocity)
-    form = model_one_step(filtered(data).model, data.velocity, data.acting)[FIRST:]
+    form = (data.velocity - predict(filtered(data).model, data, one_step=True))[FIRST:]
     speeds = np.abs(np.diff(data.velocity[1:])) / PERIOD
     return Reversals(
         float(np.median(speeds[kinds["reversal"]])),

@@ -6,9 +6,10 @@ import numpy as np
 
 from adaptive_ff.learning.batch_least_squares import Array
 from adaptive_ff.learning.rls import RLSState, update_rls_in_place, write_projection
-from benchmarks.paper.data import PERIOD, SEED, TRUE, rms, simulate_noise
-from benchmarks.paper.experiment import Experiment, Row, notes
-from benchmarks.paper.identification import regression
+from benchmarks.cases.reports import Row
+from benchmarks.paper.estimators import regression
+from benchmarks.paper.experiment import Experiment, notes, rms
+from benchmarks.paper.records import PERIOD, SEED, TRUE, simulate_noise
 from controllers import compiled
 
 FORGETTING_FACTOR = 0.99

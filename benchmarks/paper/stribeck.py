@@ -5,18 +5,17 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from adaptive_ff import load_scenario
 from adaptive_ff.learning.stribeck import Array, StribeckFit, fit_stribeck
 from adaptive_ff.learning.support_points import SupportPoints, support_points
 from adaptive_ff.simulation.experiment import build_plain_setup, empty_record
 from adaptive_ff.simulation.loop import run_compiled, start_position
-from benchmarks.paper.data import SEED, TRUE
-from benchmarks.paper.experiment import Experiment, Row, notes
+from benchmarks.cases.reports import Row
+from benchmarks.paper.experiment import Experiment, notes
 from benchmarks.paper.figures import figure_08
+from benchmarks.paper.records import SCENARIO, SEED, TRUE
 from controllers import PI
 from plant import sliding_friction
 
-SCENARIO = load_scenario()
 PERIOD = SCENARIO.sampling.period  # s
 EVERY = round(PERIOD / SCENARIO.joint.solver_period)  # solver steps in it
 SPEEDS = np.geomspace(0.005, 0.35, 30)  # rad/s, in each direction

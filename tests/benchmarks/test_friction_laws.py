@@ -3,9 +3,18 @@
 import numpy as np
 import pytest
 
-from benchmarks.friction.laws import LAWS, fit_coulomb, fit_lagged, fit_law, force_along
+from benchmarks.friction.laws import (
+    DATA,
+    LAWS,
+    PreslidingRecord,
+    fit_coulomb,
+    fit_lagged,
+    fit_law,
+    force_along,
+    read_record,
+    without_flicker,
+)
 from benchmarks.friction.picture import draw
-from benchmarks.friction.record import DATA, PreslidingRecord, read_record, without_flicker
 
 BY_NAME = {law.name: law for law in LAWS}
 

@@ -9,6 +9,7 @@ from adaptive_ff.simulation.loop import run_compiled, start_position
 from benchmarks.paper import stribeck
 from benchmarks.paper.closed_loop import (
     ALONE,
+    COVARIANCE,
     FORM,
     OFFLINE,
     ONLINE,
@@ -16,31 +17,28 @@ from benchmarks.paper.closed_loop import (
     POSTERIOR,
     PRIOR,
     data_rows,
+    physical_of,
     ratios,
+    settled_rms,
     tracking_errors,
+    watch,
 )
-from benchmarks.paper.data import TRUE, TRUTH_VALUES, as_row, rms
-from benchmarks.paper.experiment import median_and_range, median_deviation
-from benchmarks.paper.figures import figure_08
-from benchmarks.paper.robot import (
+from benchmarks.paper.estimators import fit_series, is_possible, physical_series
+from benchmarks.paper.experiment import in_words, median_and_range, rms
+from benchmarks.paper.figures import figure_07, figure_08, figure_09, figure_10, figure_11, figure_12
+from benchmarks.paper.records import (
     CURRENT_STEP,
+    FORGETTING,
     GAINS,
     NOISE,
-    PERIOD,
+    ROBOT_PERIOD,
     TORQUE_CONSTANT,
+    TRUE,
+    TRUTH_VALUES,
     build_robot_setup,
     drive,
+    predict,
     sample_steps,
-)
-from benchmarks.paper.robot_figures import figure_07, figure_09, figure_10, figure_11, figure_12
-from benchmarks.paper.watching import (
-    fit_series,
-    is_possible,
-    physical_of,
-    physical_series,
-    predict_record,
-    settled_rms,
-    watch,
 )
 from controllers import PI
 
@@ -81,22 +79,21 @@ def test_torque_has_steps_and_acts_over_the_period_that_follows_its_sample():
 def test_loop_is_the_one_of_the_package_where_the_current_is_fine():
     setup = build_robot_setup(103, duration=20.0)
     record = drive(setup, current_step=1e-12)
-    own, block = empty_record(setup, 0), PI(*GAINS, PERIOD)
+    own, block = empty_record(setup, 0), PI(*GAINS, ROBOT_PERIOD)
     start = start_position(setup)
     run_compiled(block.parameters, block.state, setup, start, setup.noise.size, own)
     assert record.commanded == pytest.approx(own.torque, abs=1e-6)
     assert record.velocity == pytest.approx(own.measured, abs=1e-8)
-    assert record.tracking_error == pytest.approx(setup.reference - own.velocity, abs=1e-8)
+    assert record.true == pytest.approx(own.velocity, abs=1e-8)
 
 
 def test_the_true_joint_predicts_the_record_down_to_the_noise():
-    joint = as_row(TRUE)
     quiet = drive(build_robot_setup(104, duration=20.0, noise=0.0))
-    assert np.array_equal(predict_record(joint, quiet, one_step=False), quiet.velocity)
+    assert np.array_equal(predict(TRUE, quiet, one_step=False), quiet.velocity)
     noisy = drive(build_robot_setup(104, duration=60.0))
-    free = noisy.velocity - predict_record(joint, noisy, one_step=False)
+    free = noisy.velocity - predict(TRUE, noisy, one_step=False)
     assert rms(free) == pytest.approx(NOISE, rel=0.05)
-    assert rms(noisy.velocity - predict_record(joint, noisy, one_step=True)) > 1.2 * NOISE  # that of two samples
+    assert rms(noisy.velocity - predict(TRUE, noisy, one_step=True)) > 1.2 * NOISE  # that of two samples
 
 
 def test_the_posterior_error_is_the_prior_one_times_less_than_one(seen):
@@ -106,7 +103,7 @@ def test_the_posterior_error_is_the_prior_one_times_less_than_one(seen):
 
 
 def test_with_lambda_one_rls_comes_to_the_offline_fit(seen):
-    series = fit_series(seen.record, forgetting_factor=1.0)
+    series = fit_series(seen.record, 1.0, COVARIANCE)
     assert series.coefficients[-1] == pytest.approx(seen.series.offline.values, rel=2e-2)
     late = seen.record.time > 60.0
     assert rms(series.errors["prior"][late]) == pytest.approx(rms(series.errors["offline"][late]), rel=0.05)
@@ -119,7 +116,7 @@ def test_the_prior_error_is_larger_and_the_posterior_smaller_than_that_of_the_of
     assert found[PRIOR] > 2.0
     assert found[POSTERIOR] < 0.5
     assert settled_rms(one.record, one.series.errors["posterior"]) < 1e3 * NOISE
-    long_memory = ratios(one._replace(series=fit_series(one.record, forgetting_factor=0.99)))
+    long_memory = ratios(one._replace(series=fit_series(one.record, 0.99, COVARIANCE)))
     assert long_memory[PRIOR] == pytest.approx(1.0, abs=0.1)
 
 
@@ -128,7 +125,7 @@ def test_the_offline_fit_is_spoilt_near_rest_and_not_by_the_sampling(seen):
     assert deviations[0][0] > 5.0
     assert np.abs(deviations[1]) == pytest.approx(np.zeros(5), abs=1.5)
     assert np.all(np.abs(deviations[1][:4]) < 0.12)
-    even = fit_series(drive(build_robot_setup(101, uniform=True)))
+    even = fit_series(drive(build_robot_setup(101, uniform=True)), FORGETTING, COVARIANCE)
     assert physical_of(even.offline.values)[0] > 5.0 * TRUE.inertia
 
 
@@ -141,10 +138,10 @@ def test_the_torque_form_identifies_from_the_same_data(seen):
 
 def test_coefficients_with_a_short_memory_stand_for_no_joint(seen):
     late = seen.record.time > 5.0
-    possible = is_possible(physical_series(seen.series.coefficients[late]))
+    possible = is_possible(physical_series(seen.series.coefficients[late], ROBOT_PERIOD))
     assert 0.01 < np.mean(possible) < 0.3
-    true = np.array(series_coefficients(TRUE, PERIOD))
-    assert np.all(is_possible(physical_series(true[np.newaxis])))
+    true = np.array(series_coefficients(TRUE, ROBOT_PERIOD))
+    assert np.all(is_possible(physical_series(true[np.newaxis], ROBOT_PERIOD)))
     assert physical_of(true) == pytest.approx(TRUTH_VALUES)
     assert not is_possible(
         np.array([[np.nan] * 5, [20.0, 60.0, 90.0, -1.0, 0.02], [-20.0, 60.0, 90.0, 1.0, 0.02]])
@@ -171,8 +168,7 @@ def test_rows_about_the_data_tell_what_the_record_is(seen):
 def test_medians_and_deviations_in_words():
     assert median_and_range([3.0, 1.0, 10.0]) == "3.00 (1.00 to 10.00)"
     assert median_and_range([0.26, 0.34], 1) == "0.3 (0.3 to 0.3)"
-    text = median_deviation([TRUTH_VALUES, 1.1 * TRUTH_VALUES, 2.0 * TRUTH_VALUES])
-    assert text == "J +10.0, Fc +10.0, Fs +10.0, sigma +10.0, tau +10.0"
+    assert in_words(1.1 * TRUTH_VALUES) == "J +10.0, Fc +10.0, Fs +10.0, sigma +10.0, tau +10.0"
 
 
 def drawn(figure, panel):

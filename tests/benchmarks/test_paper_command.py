@@ -5,8 +5,9 @@ from matplotlib.figure import Figure
 from typer import Typer
 from typer.testing import CliRunner
 
+from benchmarks.cases.reports import Row
 from benchmarks.paper import __main__ as command
-from benchmarks.paper.experiment import Experiment, Row
+from benchmarks.paper.experiment import Experiment
 
 
 def experiment(name="figure_99"):
