@@ -13,12 +13,12 @@ import numpy as np
 from adaptive_ff.adaptive.controller import AdaptiveController
 from adaptive_ff.adaptive.extensions.over_position import LearntMap
 from adaptive_ff.comparison.registry import loop_of, make_controller
-from adaptive_ff.comparison.running import Driven, check_progress, drive_and_evaluate
+from adaptive_ff.comparison.running import Drive, check_progress, drive_over
 from adaptive_ff.errors import InputError, check_kind
 from adaptive_ff.reported import Reported
 from adaptive_ff.scenario.scenario import Scenario, check_scenario
-from adaptive_ff.simulation.experiment import RunSetup, build_setup
-from adaptive_ff.simulation.metrics import Metrics, PositionMetrics
+from adaptive_ff.simulation.experiment import Record, RunSetup, build_setup
+from adaptive_ff.simulation.metrics import Metrics, PositionMetrics, evaluate, evaluate_position
 from controllers import Controller
 from controllers.arrays import NDArray
 from controllers.checks import checked_switch
@@ -174,8 +174,7 @@ def simulate(
     thin : int, optional
         Keep one of so many samples, and the last, in the series; 1 keeps all, and the solver's grid. By default all
         are kept up to two million solver steps, and of a longer run as many as keep its series from growing further.
-        The figures of merit are of the whole run all the same, to rounding, and a thinned run takes no more memory
-        than its reference and the samples that are kept.
+        The figures of merit are of the whole run all the same.
 
     Returns
     -------
@@ -220,8 +219,8 @@ def simulate(
         marks.append((0, controller.uncertainties))
     if thin is None:
         thin = max(1, math.ceil((setup.reference.size - 1) / MOST_STEPS))
-    driven = drive_and_evaluate(controller, setup, thin, scenario.last_change, reports, MARKS if noting else 1)
-    run = _run(name or type(controller).__name__, scenario, setup, thin, driven)
+    record, drive = drive_over(controller, setup, reports, MARKS if noting else 1)
+    run = _run(name or type(controller).__name__, scenario, setup, thin, record, drive)
     if marks:
         uncertainties = {key: np.array([known[key] for _, known in marks]) for key in marks[0][1]}
         times = _times(setup, [sample for sample, _ in marks])
@@ -234,28 +233,35 @@ def _times(setup: RunSetup, samples: Any) -> NDArray[np.float64]:
     return np.asarray(setup.samples[samples] * setup.solver_period, dtype=np.float64)
 
 
-def _run(name: str, scenario: Scenario, setup: RunSetup, thin: int, driven: Driven) -> Run:
+def _run(name: str, scenario: Scenario, setup: RunSetup, thin: int, record: Record, drive: Drive) -> Run:
     """Return a run with its series and figures; ``ArithmeticError`` where it did not stay finite."""
-    record, figures, drive, time = driven.record, driven.metrics, driven.drive, _times(setup, driven.samples)
-    metrics = figures.metrics
+    change, period = scenario.last_change, setup.solver_period
+    position_error, position_metrics = None, None
+    with np.errstate(over="ignore", invalid="ignore"):
+        metrics = evaluate(setup.reference, record.velocity, record.torque, period, change)
+        if scenario.position is not None:
+            position_error = setup.planned - record.position
+            position_metrics = evaluate_position(position_error, period, change)
     if not all(np.isfinite(list(vars(metrics).values()))):
         raise ArithmeticError(f"the run of {name} did not stay finite: {metrics}")
-    cascaded = scenario.position is not None
+    last = setup.noise.size - 1
+    kept: Any = slice(last + 1) if thin == 1 else np.unique([*range(0, last, thin), last])
+    grid, time = slice(None) if thin == 1 else setup.samples[kept], _times(setup, kept)
     return Run(
         name,
         scenario,
         time,
         scenario.times() if thin == 1 else time,
-        setup.reference if thin == 1 else setup.reference[setup.samples[driven.samples]],
-        record.velocity,
-        record.measured,
-        record.torque,
-        record.feedforward,
-        record.friction,
-        {key: record.estimates[:, i] for i, key in enumerate(drive.names)},
+        setup.reference[grid],
+        record.velocity[grid],
+        record.measured[kept],
+        record.torque[kept],
+        record.feedforward[kept],
+        record.friction[kept],
+        {key: record.estimates[kept, i] for i, key in enumerate(drive.names)},
         metrics,
-        position_error=record.position if cascaded else None,
-        position_metrics=figures.position_metrics if cascaded else None,
-        monitors={key: record.monitors[:, i] for i, key in enumerate(drive.watched)},
+        position_error=None if position_error is None else position_error[grid],
+        position_metrics=position_metrics,
+        monitors={key: record.monitors[kept, i] for i, key in enumerate(drive.watched)},
         thin=thin,
     )

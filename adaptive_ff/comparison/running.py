@@ -1,23 +1,15 @@
-"""A controller of any kind driven over a setup: compiled where it has kernels, else in plain Python.
-
-Where few samples of a long run are kept, it is driven in parts, so that the memory for its series does not grow.
-"""
+"""A controller of any kind driven over a setup: compiled where it has kernels, else in plain Python."""
 
 import copy
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
-from typing import Any, NamedTuple
-
-import numpy as np
+from typing import Any
 
 from adaptive_ff.comparison.own import own_controller, step_own, write_own_estimates
-from adaptive_ff.simulation.experiment import NO_POSITION_LOOP, Record, RunSetup, empty_record, with_preview
+from adaptive_ff.simulation.experiment import Record, RunSetup, empty_record, with_preview
 from adaptive_ff.simulation.loop import Position, run_controller, run_in_memory, run_plain, start_position
-from adaptive_ff.simulation.metrics import RunMetrics, first_motion
-from adaptive_ff.simulation.parts import after_part, kept_samples, part_of
 from controllers import CalledBack, Controller
-from controllers.arrays import NDArray
 from controllers.compiled import compiles
 from controllers.interface import feedback_state
 
@@ -59,15 +51,6 @@ class Drive:
         return position
 
 
-class Driven(NamedTuple):
-    """A run of which all or few samples are kept."""
-
-    samples: NDArray[np.int64]  # which
-    record: Record  # series at these samples; in place of the position its error
-    metrics: RunMetrics  # figures of merit of the whole run
-    drive: Drive  # what drove it
-
-
 def drive_over(
     controller: Any, setup: RunSetup, reports: Callable[[int, int], None] | None = None, parts: int = 1
 ) -> tuple[Record, Drive]:
@@ -82,65 +65,6 @@ def drive_over(
     for stop in ends_of_parts(setup.noise.size, parts, reports):
         position = drive.advance(setup, position, stop, record)
     return record, drive
-
-
-def drive_and_evaluate(
-    controller: Any,
-    setup: RunSetup,
-    thin: int,
-    last_change: float,
-    reports: Callable[[int, int], None] | None = None,
-    parts: int = 1,
-) -> Driven:
-    """Run a controller as :func:`drive_over` does, keep one of ``thin`` samples, and the last, and evaluate all.
-
-    Where all are kept, velocity and position error are on the solver's grid. The last change of the joint is at a time
-    in s, zero without one.
-    """
-    metrics = RunMetrics(setup.reference.size, setup.solver_period, first_motion(setup.reference), last_change)
-    count = setup.noise.size
-    if thin == 1:
-        record, drive = drive_over(controller, setup, reports, parts)
-        with np.errstate(over="ignore", invalid="ignore"):
-            _count(metrics, setup, record, 0, True)
-            if setup.outer != NO_POSITION_LOOP:
-                record = record._replace(position=setup.planned - record.position)
-        return Driven(np.arange(count), record, metrics, drive)
-    drive = Drive(controller)
-    setup = drive.previewed(setup)
-    position, given = start_position(setup), np.zeros(0)
-    kept: list[Record] = []
-    for stop in ends_of_parts(count, parts, reports):
-        start = position.sample
-        window, position, first = part_of(setup, position, stop)
-        record = drive.empty_record(window)
-        record.given[: start - first] = given[given.size - (start - first) :]
-        position = drive.advance(window, position, stop - first, record)
-        position, given = after_part(position, first), record.given
-        with np.errstate(over="ignore", invalid="ignore"):
-            _count(metrics, window, record, start - first, stop == count)
-        samples = kept_samples(start, stop, count, thin)
-        if samples.size:
-            kept.append(_at_samples(record, window, samples - first))
-    series = Record(*(np.concatenate(parts) for parts in zip(*kept, strict=True)))
-    return Driven(kept_samples(0, count, count, thin), series, metrics, drive)
-
-
-def _count(metrics: RunMetrics, setup: RunSetup, record: Record, start: int, ends: bool) -> None:
-    """Add what a part of a run holds from a sample on; the end of a part is the begin of the next one."""
-    begin = int(setup.samples[start])
-    stop = None if ends else -1
-    error = setup.reference[begin:stop] - record.velocity[begin:stop]
-    metrics.add(setup.begin + begin, error, record.torque[start:])
-    if setup.outer != NO_POSITION_LOOP:
-        metrics.add_position(setup.begin + begin, setup.planned[begin:stop] - record.position[begin:stop])
-
-
-def _at_samples(record: Record, setup: RunSetup, samples: NDArray[np.int64]) -> Record:
-    """Return the series at some samples, those of the solver's grid too; the position as its error."""
-    steps = setup.samples[samples]
-    others = {name: getattr(record, name)[samples] for name in Record._fields[2:]}
-    return Record(record.velocity[steps], setup.planned[steps] - record.position[steps], **others)
 
 
 def compile_together(controllers: Iterable[Any], setup: RunSetup) -> None:

@@ -53,7 +53,6 @@ class RunSetup(NamedTuple):
     # shape (steps + 1,); planned position on the solver's grid, rad: the integral of the reference; zero without a
     # position loop
     planned: NDArray[np.float64]
-    begin: int  # solver step, of the whole run, at which this part of it begins; zero but for a part
     # shape (n + 1,); reference when the command of each sample, and of the one behind the last, begins to act, as the
     # controller reckons it, rad/s; not a number beyond the end. See :func:`with_preview`.
     acting: NDArray[np.float64]
@@ -151,7 +150,6 @@ def build_plain_setup(
         outer=NO_POSITION_LOOP,
         position_step=POSITION_STEP,
         planned=np.zeros(reference.size),
-        begin=0,
         acting=np.zeros(0),
         lead=-1,
     )
@@ -179,7 +177,6 @@ def build_setup(scenario: Scenario) -> RunSetup:
         outer=scenario.position_loop or NO_POSITION_LOOP,
         position_step=scenario.position_resolution or POSITION_STEP,
         planned=np.zeros(reference.size) if scenario.position is None else planned_position(joint, reference, period),
-        begin=0,
         acting=np.zeros(0),
         lead=-1,
     )

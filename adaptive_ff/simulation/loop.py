@@ -241,7 +241,7 @@ def run_plain(
                 total += torque
                 weight = gravity_torque(setup.gravity, motion.position) if setup.gravity.amplitude > 0.0 else 0.0
                 if plan.varies:
-                    time = (setup.begin + i) * period
+                    time = i * period
                     factor = friction_factor(plan, phase, time, motion.position, weight, warmth)
                     joint = ready_joint(scale_joint(changed, factor), period)
                 torque = torque_at_joint(actuator, torque, motion.position) - weight

@@ -62,88 +62,28 @@ class PositionMetrics:
     max_position_error_settled: float
 
 
-class Total:
-    """Root of the mean square and largest size of a series between two places, the second not counted, in parts."""
-
-    def __init__(self, first: int, stop: int) -> None:
-        self._first, self._stop = first, stop
-        self._sum = self.largest = 0.0
-
-    def add(self, place: int, values: NDArray[np.float64]) -> None:
-        """Add a part of the series that begins at a place."""
-        counted = values[max(0, self._first - place) : max(0, self._stop - place)]
-        if counted.size:
-            self._sum += float(np.sum(np.square(counted)))
-            self.largest = max(largest_size(counted), self.largest)
-
-    @property
-    def rms(self) -> float:
-        """Root of the mean square."""
-        return math.sqrt(self._sum / (self._stop - self._first))
-
-
-class RunMetrics:
-    """Figures of merit of a run whose series come in parts, in order; a whole run is one part.
-
-    ``size`` and ``period`` (s) are those of the solver's grid, ``begin`` is the step at which the motion begins, and
-    the last change of friction comes at a time in s, zero without one.
-    """
-
-    def __init__(self, size: int, period: float, begin: int, last_change: float) -> None:
-        end = begin * period + START
-        last = _step_from(period, end)
-        behind = last + 1 if last * period == end else last  # the end itself belongs to the start
-        settled = _step_from(period, settled_start(last_change, (size - 1) * period))
-        self._whole, self._start = Total(0, size), Total(begin, min(behind, size))
-        self._settled = Total(settled, size)
-        self._position, self._settled_position = Total(0, size), Total(settled, size)
-        self._variation = 0.0
-        self._torque: float | None = None
-
-    def add(self, place: int, error: NDArray[np.float64], torque: NDArray[np.float64]) -> None:
-        """Add a part: errors (rad/s) on the solver's grid from a place on, and the torque at its samples (N m)."""
-        for total in (self._whole, self._start, self._settled):
-            total.add(place, error)
-        if torque.size:
-            jump = 0.0 if self._torque is None else abs(float(torque[0]) - self._torque)
-            self._variation += jump + float(np.sum(np.abs(np.diff(torque))))
-            self._torque = float(torque[-1])
-
-    def add_position(self, place: int, error: NDArray[np.float64]) -> None:
-        """Add position errors (rad) on the solver's grid from a place on."""
-        self._position.add(place, error)
-        self._settled_position.add(place, error)
-
-    @property
-    def metrics(self) -> Metrics:
-        """Figures of merit of all parts."""
-        return Metrics(
-            self._whole.rms,
-            self._whole.largest,
-            self._start.rms,
-            self._settled.rms,
-            self._settled.largest,
-            self._variation,
-        )
-
-    @property
-    def position_metrics(self) -> PositionMetrics:
-        """Figures of merit of the position."""
-        whole, settled = self._position, self._settled_position
-        return PositionMetrics(whole.rms, whole.largest, settled.rms, settled.largest)
-
-
 def evaluate(
-    time: NDArray[np.float64],
     reference: NDArray[np.float64],
     velocity: NDArray[np.float64],
     torque: NDArray[np.float64],
+    period: float,
     last_change: float,
 ) -> Metrics:
-    """Evaluate reference and true velocity (rad/s) on the solver's grid of times (s), and realised torque (N m)."""
-    metrics = RunMetrics(time.size, float(time[1] - time[0]), first_motion(reference), last_change)
-    metrics.add(0, reference - velocity, torque)
-    return metrics.metrics
+    """Evaluate reference and true velocity (rad/s) on the solver's grid of a period (s), and realised torque (N m).
+
+    The last change of friction comes at a time in s, zero without one.
+    """
+    error = reference - velocity
+    settled = error[settled_part(error.size, period, last_change)]
+    start = error[start_part(period, first_motion(reference))]
+    variation = float(np.sum(np.abs(np.diff(torque))))
+    return Metrics(rms(error), largest_size(error), rms(start), rms(settled), largest_size(settled), variation)
+
+
+def evaluate_position(error: NDArray[np.float64], period: float, last_change: float) -> PositionMetrics:
+    """Evaluate position errors (rad) on the solver's grid of a period (s), as :func:`evaluate` does."""
+    settled = error[settled_part(error.size, period, last_change)]
+    return PositionMetrics(rms(error), largest_size(error), rms(settled), largest_size(settled))
 
 
 def standstill_range(
@@ -151,7 +91,7 @@ def standstill_range(
 ) -> float | None:
     """Return the peak-to-peak true velocity at standstill, rad/s; None where the reference never stands still.
 
-    Counted is where the reference has been zero for two seconds and more. Arrays as for :func:`evaluate`.
+    Counted is where the reference has been zero for two seconds and more. Series and times (s) on the solver's grid.
     """
     last_motion = np.maximum.accumulate(np.where(reference != 0.0, time, -np.inf))
     calm = (reference == 0.0) & (time - np.maximum(last_motion, time[0]) > CALM)
@@ -177,9 +117,16 @@ def rms(values: NDArray[np.float64]) -> float:
     return math.sqrt(np.mean(np.square(values)))
 
 
-def _step_from(period: float, time: float) -> int:
-    """Return the first step of a grid at a time (s) or later, as a search in the grid's times finds it."""
-    step = max(0, int(time / period) - 1)
-    while step * period < time:
-        step += 1
-    return step
+def step_at(size: int, period: float, time: float) -> int:
+    """Return the step of a grid of a size and a period (s) at a time (s) or after it; at its end the last one."""
+    return min(size - 1, math.ceil(time / period - 1e-6))
+
+
+def settled_part(size: int, period: float, last_change: float) -> slice:
+    """Return where a run on a grid of a size and a period (s) is settled after its last change (s)."""
+    return slice(step_at(size, period, settled_start(last_change, (size - 1) * period)), size)
+
+
+def start_part(period: float, begin: int) -> slice:
+    """Return where a run on a grid of a period (s) that begins to move at a step starts."""
+    return slice(begin, begin + round(START / period) + 1)

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from adaptive_ff.simulation.metrics import START, first_motion, settled_start
+from adaptive_ff.simulation.metrics import START, first_motion, settled_part, start_part, step_at
 from controllers.arrays import NDArray
 
 WINDOW = 5.0
@@ -62,14 +62,10 @@ def error_slices(
     size: int, period: float, *, begin: float = 0.0, changes: Sequence[float] = ()
 ) -> tuple[slice, slice, list[slice], list[slice]]:
     """Return where the errors of a run of some steps count: settled, in the start, in windows, and after changes."""
-
-    def place(time: float) -> int:
-        return min(size - 1, math.ceil(time / period - 1e-6))
-
-    five, first = round(START / period), place(begin)
-    settled = slice(place(settled_start(max(changes, default=0.0), (size - 1) * period)), size)
-    after = [slice(place(change), place(change) + five) for change in changes]
-    return settled, slice(first, first + five + 1), window_slices(size, period), after
+    settled = settled_part(size, period, max(changes, default=0.0))
+    places = [step_at(size, period, change) for change in changes]
+    after = [slice(place, place + round(START / period)) for place in places]
+    return settled, start_part(period, step_at(size, period, begin)), window_slices(size, period), after
 
 
 def first_motion_time(reference: Array, period: float) -> float:

@@ -1,14 +1,11 @@
 """A thinned run keeps few samples, and its figures are those of the whole run."""
 
 import importlib
-import tracemalloc
 
 import numpy as np
 import pytest
 
 from adaptive_ff import compare, load_scenario, simulate
-from adaptive_ff.comparison import running
-from adaptive_ff.simulation.experiment import build_setup
 
 SCENARIOS = {
     "built-in": {},
@@ -19,11 +16,6 @@ SCENARIOS = {
     "position loop": {"position": {}},
     "standing still at first": {"reference": {"pause": [0.0, 2.0]}},
 }
-
-
-@pytest.fixture(autouse=True)
-def _short_parts(monkeypatch):
-    monkeypatch.setattr(running, "PART", 70)
 
 
 def scenario(name):
@@ -54,24 +46,6 @@ def test_own_controller_is_thinned_too():
     runs = [compare(asked, own={"mine": Proportional}, thin=thin).runs["mine"] for thin in (1, 10)]
     assert runs[1].figures() == pytest.approx(runs[0].figures(), rel=1e-13)
     assert runs[1].torque.size == 11
-
-
-def test_series_take_no_memory_that_grows_with_the_run(monkeypatch):
-    monkeypatch.setattr(running, "PART", 2000)
-
-    def taken(duration, thin):
-        asked = load_scenario().modified(duration=duration)
-        setup = build_setup(asked)
-        tracemalloc.start()
-        run = simulate(asked, "pi", setup=setup, thin=thin)
-        peak = tracemalloc.get_traced_memory()[1]
-        tracemalloc.stop()
-        assert run.metrics.rms_error > 0.0
-        return peak
-
-    taken(1.0, 100)
-    assert taken(600.0, 2000) < 1.2 * taken(150.0, 500)
-    assert taken(600.0, 1) > 15.0 * taken(600.0, 2000)
 
 
 def test_a_long_run_is_thinned_unless_all_is_asked_for(monkeypatch):

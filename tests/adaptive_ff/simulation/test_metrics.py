@@ -7,8 +7,6 @@ import pytest
 
 from adaptive_ff.simulation.metrics import evaluate
 
-TIME = np.arange(21.0)  # s: 20 s in steps of 1 s
-
 
 def errors(*values):
     """Series of 21 errors: the given ones, then zeros."""
@@ -17,7 +15,7 @@ def errors(*values):
 
 def measure(error, *, reference=None, torque=(0.0,), last_change=0.0):
     reference = np.ones(21) if reference is None else np.asarray(reference, dtype=float)
-    return evaluate(TIME, reference, reference - error, np.asarray(torque, dtype=float), last_change)
+    return evaluate(reference, reference - error, np.asarray(torque, dtype=float), 1.0, last_change)
 
 
 def test_perfect_tracking_with_constant_torque_has_nothing_but_zeros():
@@ -32,7 +30,7 @@ def test_error_of_the_whole_run_counts_every_point_once():
 
 
 def test_error_is_that_against_the_reference_given():
-    metrics = evaluate(TIME, np.linspace(0.0, 1.0, 21), np.zeros(21), np.zeros(20), 0.0)
+    metrics = evaluate(np.linspace(0.0, 1.0, 21), np.zeros(21), np.zeros(20), 1.0, 0.0)
     assert metrics.max_error == 1.0
     assert metrics.rms_error == pytest.approx(math.sqrt(sum((k / 20.0) ** 2 for k in range(21)) / 21.0), rel=1e-14)
 
