@@ -6,8 +6,8 @@ from concurrent.futures import Executor
 from functools import partial
 from typing import Any
 
-from adaptive_ff.studies.fingerprint import fingerprint
 from adaptive_ff.studies.study import Found, Store, run_study
+from benchmarks.fingerprint import fingerprint
 from benchmarks.results import RESULTS, Result, Row, circumstances
 from benchmarks.suite import SCENARIOS, SUITES, Case, Suite
 

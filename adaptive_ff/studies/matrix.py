@@ -20,8 +20,7 @@ from adaptive_ff.scenario.scenario import Scenario, load_scenario
 from adaptive_ff.simulation.experiment import build_setup
 from adaptive_ff.simulation.metrics import START, rms, standstill_range
 from adaptive_ff.simulation.tracking_errors import TrackingErrors, ratios
-from adaptive_ff.studies.fingerprint import fingerprint
-from adaptive_ff.studies.study import Store, run_study
+from adaptive_ff.studies.study import Store, code_digest, digest_of, run_study
 from adaptive_ff.studies.tracking import run_errors
 from controllers import fastest_bandwidth
 
@@ -85,14 +84,13 @@ def run_matrix(
     own = own or {}
     check_own_names(own, {**CONTROLLERS, NOISE_FLOOR: None})
     marks = {name: own_mark(one) for name, one in own.items()}
-    files = {name: SCENARIOS.glob(f"{name}.*") for name in {job.scenario for job in jobs}}
-    digests = {name: fingerprint([], found) for name, found in files.items()}
+    digests = {name: digest_of(SCENARIOS.glob(f"{name}.*")) for name in {job.scenario for job in jobs}}
     keys = {job: f"{job.key}, {digests[job.scenario]}" for job in jobs}
     found = run_study(
         partial(run_job, own),
         {key: job for job, key in keys.items()},
         [*controllers, *own],
-        store=Store(folder / "runs.jsonl", fingerprint([__name__]), marks),
+        store=Store(folder / "runs.jsonl", code_digest(), marks),
         executor=executor,
         workers=None if can_be_sent(own) else 1,
         threads=not own,

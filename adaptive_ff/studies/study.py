@@ -1,8 +1,10 @@
 """The engine of every study: a function over cases x controllers, on all cores or a cluster, kept as it goes."""
 
+import hashlib
 import json
-from collections.abc import Callable, Collection, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from concurrent.futures import Executor, as_completed
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -72,6 +74,21 @@ def _run(
     finally:
         if executor is None:
             pool.shutdown(cancel_futures=True)
+
+
+def digest_of(files: Iterable[Path]) -> str:
+    """Return the digest of some files."""
+    digest = hashlib.sha256()
+    for file in sorted(files):
+        digest.update(file.name.encode() + file.read_bytes())
+    return digest.hexdigest()[:16]
+
+
+@cache
+def code_digest() -> str:
+    """Return the digest of the code of this package and of those that it stands on."""
+    root = Path(__file__).resolve().parents[2]
+    return digest_of(file for name in ("adaptive_ff", "plant", "controllers") for file in (root / name).rglob("*.py"))
 
 
 class Store:

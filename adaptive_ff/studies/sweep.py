@@ -23,8 +23,7 @@ from adaptive_ff.scenario.scenario import Scenario, check_scenario
 from adaptive_ff.simulation.experiment import build_setup
 from adaptive_ff.simulation.metrics import Metrics
 from adaptive_ff.studies.drawn_joints import CLASSES, CONTROLLERS, HUNTING, class_of, draw_scenario, fall_over_gain
-from adaptive_ff.studies.fingerprint import fingerprint
-from adaptive_ff.studies.study import Found, Store, run_study
+from adaptive_ff.studies.study import Found, Store, code_digest, run_study
 
 
 @dataclass(frozen=True)
@@ -84,7 +83,7 @@ def sweep(
         loop_of(scenario, name)
     store = None
     if folder is not None:
-        mark = f"{fingerprint([__name__])} {scenario.model_dump_json()}"
+        mark = f"{code_digest()} {scenario.model_dump_json()}"
         marks = {name: own_mark(one) for name, one in own.items()}
         store = Store(folder / f"sweep-{seed}.jsonl", hashlib.sha256(mark.encode()).hexdigest(), marks)
     found = run_study(

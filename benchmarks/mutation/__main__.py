@@ -28,8 +28,8 @@ import typer
 from hypothesis import Phase, settings
 
 from adaptive_ff.comparison.registry import CONTROLLERS
-from adaptive_ff.studies.fingerprint import fingerprint
 from adaptive_ff.studies.study import Store
+from benchmarks.fingerprint import fingerprint
 from benchmarks.mutation.compiled import ROOT, Copy
 from benchmarks.mutation.equivalent import EQUIVALENT
 from benchmarks.mutation.operators import Mutant, mutants

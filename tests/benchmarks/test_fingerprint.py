@@ -2,8 +2,8 @@
 
 import pytest
 
-from adaptive_ff.studies import fingerprint as module
-from adaptive_ff.studies.fingerprint import fingerprint, import_closure
+from benchmarks import fingerprint as module
+from benchmarks.fingerprint import fingerprint, import_closure
 
 FILES = {
     "plant/__init__.py": "",

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from functools import cache
 from pathlib import Path
 
-ROOT = Path(__file__).resolve().parent.parent.parent
+ROOT = Path(__file__).resolve().parent.parent
 """Folder that the packages lie in."""
 
 PACKAGES = ("adaptive_ff", "plant", "controllers", "benchmarks")
