@@ -20,7 +20,7 @@ from adaptive_ff.identify.motion import (
     spectrum,
 )
 from adaptive_ff.logs.cleaning import clean, lacking_column
-from adaptive_ff.logs.defects import Skipped, Span, check_varies, median_step, usable_segments
+from adaptive_ff.logs.defects import Skipped, Span, median_step, usable_segments
 from adaptive_ff.logs.log import KNOWN, Log
 from controllers.arrays import NDArray
 from controllers.checks import check_numbers
@@ -209,10 +209,15 @@ def _check_content(given: Log, log: Log, spans: list[Span], skipped: list[Skippe
         raise InputError(
             f"{log.name}: no segment of 32 samples is without defect; mostly {worst}{lacking_column(given)}"
         )
-    what = "velocity" if log.position is None else "position"
-    check_varies(f"{log.name}: the {what}", log.motion, spans, "it must move to be identified")
     hint = "" if linear else "; of a joint that swings freely, take its known gravity away with --known-torque"
-    check_varies(f"{log.name}: the torque", log.torque, spans, f"it must be that of the drive{hint}")
+    for role, rule in (
+        (log.moving, "it must move to be identified"),
+        ("torque", f"it must be that of the drive{hint}"),
+    ):
+        parts = [log.series[role][start:stop] for start, stop in spans]
+        low = float(parts[0][0])
+        if all(np.all(part == low) for part in parts):
+            raise InputError(f"{log.name}: the {role} is {low + 0.0:g} all over; {rule}")  # -0 is 0
     if log.position is None:
         return
     parts = [log.position[start:stop] for start, stop in spans]

@@ -1,7 +1,7 @@
 """What is wrong with a log is mended where it is certain, and said: one table of steps, each with its own sentence."""
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from adaptive_ff.errors import InputError, counted
-from adaptive_ff.logs.defects import GAP, Skipped, bridged, longest_step, median_step, runs
+from adaptive_ff.logs.defects import GAP, Skipped, bridged, longest_step, median_step, runs, steps_of
 from adaptive_ff.logs.log import Array, Log
 from adaptive_ff.logs.spikes import without_spikes
 
@@ -79,23 +79,18 @@ def clean(log: Log, *, linear: bool = False) -> Cleaned:
         rows += [Row(name, before - log.time.size, sentence) for sentence in said]
     period = median_step(log)
     if period >= SLOWEST:
+        units = {"milliseconds": "1e-3", "microseconds": "1e-6", "nanoseconds": "1e-9"}
+        fitting = {unit: factor for unit, factor in units.items() if FASTEST <= period * float(factor) < SLOWEST}
+        fitting = fitting or units
         raise InputError(
             f"{log.name}: the sample time is {period:.4g} s; it must be less than {SLOWEST:g} s: "
-            f"{_other_clock(log, period)}"
+            f"is the time in {' or '.join(fitting)}? Then {log.scaling('time', *fitting.values())}"
         )
-    jumps = [] if log.position is None else find_jumps(log.position)
     pauses = find_pauses(log.time)
-    jumps = [jump for jump in jumps if jump.start not in pauses]
+    jumps = [] if log.position is None else [one for one in find_jumps(log.position) if one.start not in pauses]
     if jumps:
         rows.append(Row("jumps", 0, f"the position jumps {_times(len(jumps))} within one sample; the log is cut there"))
     return Cleaned(log, rows, jumps)
-
-
-def _other_clock(log: Log, step: float) -> str:
-    """Ask for the unit of a clock of some sample time, s, that is too long; of those with which it would not be."""
-    units = {"milliseconds": "1e-3", "microseconds": "1e-6", "nanoseconds": "1e-9"}
-    fitting = {unit: factor for unit, factor in units.items() if FASTEST <= step * float(factor) < SLOWEST} or units
-    return f"is the time in {' or '.join(fitting)}? Then {log.scaling('time', *fitting.values())}"
 
 
 def _times(count: int) -> str:
@@ -104,20 +99,17 @@ def _times(count: int) -> str:
 
 def with_clear_clock(log: Log) -> tuple[Log, list[str]]:
     """Leave out rows with the time of the row before; where they are of a rounded clock, rebuild its times instead."""
-    again = np.zeros(log.time.size, dtype=np.bool_)
-    again[1:] = (log.time[1:] == log.time[:-1]) & np.isfinite(log.time[1:])
+    ticks = steps_of(log.time)
+    again = np.append(False, ticks == 0.0)
     count = int(np.count_nonzero(again))
-    if not count or not np.any(log.time[1:] > log.time[:-1]):  # a clock that stands all along is refused elsewhere
+    if not count or not np.any(ticks > 0.0):  # a clock that stands all along is refused elsewhere
         return log, []
     rebuilt = _even_clock(log.time) if count >= FEW * again.size and _goes_on(log.motion, again) else None
     if rebuilt is not None:
         have = f"{counted(count, 'row')} {'has' if count == 1 else 'have'}"
         done = f"the rows look evenly sampled, so their times are rebuilt, {1e3 * rebuilt[1]:.4g} ms apart"
         return replace(log, time=rebuilt[0]), [f"{have} the time of the one before, as of a rounded clock; {done}"]
-    same = again.copy()
-    for series in (log.torque, log.position, log.velocity, *log.extra.values()):
-        if series is not None:
-            same[1:] &= series[1:] == series[:-1]
+    same = again[1:] & np.all([series[1:] == series[:-1] for series in log.series.values()], axis=0)
     copies = int(np.count_nonzero(same))
     other = "with the time of the row before, but other values"
     what = {"the same as the one before, time included": copies, other: count - copies}
@@ -126,13 +118,13 @@ def with_clear_clock(log: Log) -> tuple[Log, list[str]]:
 
 def _goes_on(motion: Array, again: NDArray[np.bool_]) -> bool:
     """Tell whether a joint moves within a tick half as far as between ticks; rows written twice show noise alone."""
-    with np.errstate(invalid="ignore", over="ignore"):
-        steps = np.abs(np.diff(motion))
-    known = np.isfinite(steps)
-    if not (known & again[1:]).any() or not (known & ~again[1:]).any():
+    moved = np.abs(steps_of(motion))
+    known = np.isfinite(moved)
+    within, between = known & again[1:], known & ~again[1:]
+    if not within.any() or not between.any():
         return False
-    steps = np.minimum(steps, np.quantile(steps[known], 0.99))  # the largest may be jumps or wraps
-    return bool(np.mean(steps[known & again[1:]]) > 0.5 * np.mean(steps[known & ~again[1:]]))
+    moved = np.minimum(moved, np.quantile(moved[known], 0.99))  # the largest may be jumps or wraps
+    return bool(np.mean(moved[within]) > 0.5 * np.mean(moved[between]))
 
 
 def _even_clock(time: Array) -> tuple[Array, float] | None:
@@ -140,13 +132,9 @@ def _even_clock(time: Array) -> tuple[Array, float] | None:
 
     A clock that goes back or leaves a gap is followed from there anew.
     """
-    with np.errstate(invalid="ignore", over="ignore"):
-        steps = np.diff(time)
-        forward = steps[(steps > 0.0) & (steps < np.inf)]
-        tick = float(np.median(forward)) if forward.size else 0.0
-        parts = [slice(start, stop + 1) for start, stop in runs((steps >= 0.0) & (steps <= GAP * tick))]
-    if not parts:
-        return None
+    steps = steps_of(time)
+    tick = float(np.median(steps[(steps > 0.0) & (steps < np.inf)]))
+    parts = [slice(start, stop + 1) for start, stop in runs((steps >= 0.0) & (steps <= GAP * tick))]
     longest = max(parts, key=lambda part: part.stop - part.start)
     # Where the clock ticks, its time is right within a row; between, within a tick, which may be thousands of rows.
     ticks = np.flatnonzero(np.diff(time[longest]) > 0.0) + 1
@@ -168,8 +156,7 @@ def rows_between(values: Array) -> float:
 
     A coarse encoder repeats its value, too, but then changes by one count; a value that is held changes by more.
     """
-    with np.errstate(invalid="ignore", over="ignore"):
-        steps = np.abs(np.diff(values))
+    steps = np.abs(steps_of(values))
     places = np.flatnonzero((steps > 0.0) & np.isfinite(steps))
     apart, sizes = np.diff(places), steps[places]
     if places.size < CHANGES or np.median(apart) < 2 or np.mean(sizes > COUNTS * np.min(sizes)) < 0.5:
@@ -184,49 +171,40 @@ def without_repeated_rows(log: Log) -> tuple[Log, list[str]]:
     measured in between is averaged, so that its ripple does not fold into the motion.
     """
     every, of_torque = rows_between(log.motion), rows_between(log.torque)
-    with np.errstate(invalid="ignore", over="ignore"):
-        moved, turned = np.diff(log.motion) != 0.0, np.diff(log.torque) != 0.0
+    moved, turned = steps_of(log.motion) != 0.0, steps_of(log.torque) != 0.0
     said = []
-    name = "velocity" if log.position is None else "position"
     if of_torque > 1.5 * every:
         late = 0.5 * (of_torque - 1.0) * float(np.median(np.diff(log.time)))
         said.append(
             f"the torque changes in one of {of_torque:.3g} rows only: if the drive does not hold it, it is only read "
             f"so seldom, so that it is late by {1e3 * late:.3g} ms in the mean: give --torque-delay={-late:.3g}"
         )
-    new = moved if every > 1.0 else moved | turned
+    held = every > 1.0
+    new = moved if held else moved | turned
     places = np.flatnonzero(new) + 1
-    if every == 1.0 and (new.size == 0 or np.mean(new) > 1.0 - REPEATED or places.size < CHANGES):
+    if not held and (new.size == 0 or np.mean(new) > 1.0 - REPEATED or places.size < CHANGES):
         return log, said
-    usual = every if every > 1.0 else float(np.median(np.diff(places)))
+    usual = every if held else float(np.median(np.diff(places)))
     apart = np.diff(np.append(places, log.time.size))
     counts = np.where(apart > 4.0 * usual, np.ceil(apart / usual - 0.5).astype(np.int64), 1)
     further = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
     rows = np.unique(np.round(np.repeat(places, counts) + usual * further).astype(np.int64))
-    if every == 1.0 and rows.size > (1.0 - 0.5 * REPEATED) * log.time.size:
-        return log, said
-    if every == 1.0:
-        shown = 1e3 * float(np.median(np.diff(log.time[rows])))
+    if held:
+        if np.mean(~turned) < 0.5 * np.mean(~moved):  # the torque is measured in between
+            width = round(every)
+            weights = np.ones(width) if width % 2 else np.array([0.5, *np.ones(width - 1), 0.5])
+            padded = np.pad(log.torque, weights.size // 2, mode="edge")
+            log = replace(log, torque=np.convolve(padded, weights / width, mode="valid"))
         said.append(
-            f"{log.time.size - rows.size} rows left out: they repeat the sample before; it comes every {shown:.4g} ms"
+            f"the {log.moving} changes in one of {every:.3g} rows only, as it is sampled more slowly than the log; the "
+            "rows between are left out, and samples are counted without them"
         )
-        return log.part(rows), said
-    if np.mean(~turned) < 0.5 * np.mean(~moved):
-        log = replace(log, torque=_mean(log.torque, round(every)))
-    said.append(
-        f"the {name} changes in one of {every:.3g} rows only, as it is sampled more slowly than the log; the rows "
-        "between are left out, and samples are counted without them"
-    )
-    return replace(log.part(rows), time=_even_times(log.time, rows)), said
-
-
-def _mean(values: Array, width: int) -> Array:
-    """Return the means over so many samples around each; of an even number, both ends count half."""
-    weights = np.ones(width if width % 2 else width + 1)
-    if width % 2 == 0:
-        weights[[0, -1]] = 0.5
-    padded = np.pad(values, weights.size // 2, mode="edge")
-    return np.asarray(np.convolve(padded, weights / weights.sum(), mode="valid"))
+        return replace(log.part(rows), time=_even_times(log.time, rows)), said
+    if rows.size > (1.0 - 0.5 * REPEATED) * log.time.size:
+        return log, said
+    comes = f"it comes every {1e3 * float(np.median(np.diff(log.time[rows]))):.4g} ms"
+    said.append(f"{log.time.size - rows.size} rows left out: they repeat the sample before; {comes}")
+    return log.part(rows), said
 
 
 def _even_times(time: Array, rows: NDArray[np.int64]) -> Array:
@@ -243,18 +221,15 @@ def _even_times(time: Array, rows: NDArray[np.int64]) -> Array:
 
 def find_pauses(time: Array) -> NDArray[np.int64]:
     """Return the samples before which a clock leaves a gap."""
-    with np.errstate(invalid="ignore", over="ignore"):
-        steps = np.diff(time)
-        return np.flatnonzero((steps > longest_step(time)) & (steps < np.inf)) + 1
+    steps = steps_of(time)
+    return np.flatnonzero((steps > longest_step(time)) & (steps < np.inf)) + 1
 
 
 def without_gaps(log: Log) -> tuple[Log, list[str]]:
     """Say where the recording pauses; leave out stretches that are so slow that each of their steps is a gap."""
-    step, pauses, said = median_step(log), find_pauses(log.time), []
-    is_pause = np.zeros(log.time.size, dtype=np.bool_)
-    is_pause[pauses] = True
+    said, is_pause, left = [], np.zeros(log.time.size, dtype=np.bool_), np.zeros(log.time.size, dtype=np.bool_)
+    is_pause[find_pauses(log.time)] = True
     slow = [(start, stop) for start, stop in runs(is_pause) if stop - start >= RATE]
-    left = np.zeros(log.time.size, dtype=np.bool_)
     for start, stop in slow:
         left[start : stop - (stop < log.time.size)] = True
         is_pause[start:stop] = False
@@ -264,13 +239,13 @@ def without_gaps(log: Log) -> tuple[Log, list[str]]:
         slower = 1e3 * float(np.median(np.diff(log.time[start - 1 : stop])))
         said.append(
             f"{counted(int(left.sum()), 'row')} left out: the sample time changes{often} to {slower:.4g} ms instead of "
-            f"{1e3 * step:.4g} ms at {log.time[start - 1]:.6g} s; identify such a part as a log of its own"
+            f"{1e3 * median_step(log):.4g} ms at {log.time[start - 1]:.6g} s; identify such a part as a log of its own"
         )
     pauses = np.flatnonzero(is_pause)
     if pauses.size:
         lengths = log.time[pauses] - log.time[pauses - 1]
         longest = int(np.argmax(lengths))
-        often = "once" if pauses.size == 1 else f"{pauses.size} times, the longest"
+        often = _times(pauses.size) + ("" if pauses.size == 1 else ", the longest")
         begin = log.time[pauses[longest] - 1]
         said.append(
             f"the recording pauses {often} for {lengths[longest]:.3g} s after {begin:.6g} s; the log is cut there"
@@ -280,13 +255,13 @@ def without_gaps(log: Log) -> tuple[Log, list[str]]:
 
 def without_missing_values(log: Log) -> tuple[Log, list[str]]:
     """Leave out rows in which a column has no finite number, where few follow each other; longer stretches stay."""
-    missing = ~np.all([np.isfinite(values) for _, values in _series(log)], axis=0)
+    missing = {_called(log, role): ~np.isfinite(values) for role, values in log.series.items()}
     left = np.zeros(log.time.size, dtype=np.bool_)
-    for start, stop in bridged(log.time, missing):
+    for start, stop in bridged(log.time, np.any(list(missing.values()), axis=0)):
         left[start:stop] = stop - start <= MISSING
     if not left.any():
         return log, []
-    numbers = {name: int(np.count_nonzero(left & ~np.isfinite(values))) for name, values in _series(log)}
+    numbers = {name: int(np.count_nonzero(left & lacking)) for name, lacking in missing.items()}
     lacking = [f"{name}, {counted(number, 'time')}" for name, number in numbers.items() if number]
     columns = lacking[0].rpartition(",")[0] if len(lacking) == 1 else " and ".join(lacking)
     return log.part(~left), [f"{counted(int(left.sum()), 'row')} left out: no finite number in {columns}"]
@@ -294,30 +269,24 @@ def without_missing_values(log: Log) -> tuple[Log, list[str]]:
 
 def lacking_column(log: Log) -> str:
     """Return a part of a sentence that names the column with fewest finite numbers, if that is what a log lacks."""
-    number, name = max((int(np.count_nonzero(~np.isfinite(values))), name) for name, values in _series(log))
+    number, name = max((np.count_nonzero(~np.isfinite(one)), _called(log, role)) for role, one in log.series.items())
     if number < 0.1 * log.time.size:
         return ""
     return f": {name} has no finite number in {number} of {counted(log.time.size, 'row')}"
 
 
-def _series(log: Log) -> Iterator[tuple[str, Array]]:
-    """Yield the series of a log with what they are called."""
-    roles = {"time": log.time, "torque": log.torque, "position": log.position, "velocity": log.velocity}
-    for role, values in {**roles, **log.extra}.items():
-        if values is not None:
-            column = log.columns.get(role, log.columns.get(f"extra {role}"))
-            shown = role.replace("_", " ")
-            yield (f"the {shown}" if column is None else f"the column {column} of the {shown}"), values
+def _called(log: Log, role: str) -> str:
+    """Return what a series is called."""
+    column, shown = log.columns.get(role, log.columns.get(f"extra {role}")), role.replace("_", " ")
+    return f"the {shown}" if column is None else f"the column {column} of the {shown}"
 
 
 def without_wraps(log: Log) -> tuple[Log, list[str]]:
     """Undo the wraps of a position by a turn."""
     if log.position is None:
         return log, []
-    turn = 2.0 * math.pi
-    with np.errstate(invalid="ignore"):
-        steps = np.diff(log.position)
-        wraps = np.abs(np.abs(steps) - turn) < WRAP * turn
+    steps, turn = steps_of(log.position), 2.0 * math.pi
+    wraps = np.abs(np.abs(steps) - turn) < WRAP * turn
     if not np.any(wraps) or _usual_step(steps) > WRAP * turn:
         return log, []  # at such speed a turn in a sample may be motion
     position = log.position.copy()
@@ -328,12 +297,12 @@ def without_wraps(log: Log) -> tuple[Log, list[str]]:
 
 def find_jumps(position: Array) -> list[Skipped]:
     """Return the places before which a position jumps within one sample; of a jump there and back, both."""
-    with np.errstate(invalid="ignore"):
-        steps = np.diff(position)
-        large = np.abs(steps) > JUMP * max(_usual_step(steps), 1e-300)
-    if steps.size < 3 or not _usual_step(steps):
+    steps = steps_of(position)
+    usual = _usual_step(steps)
+    if steps.size < 3 or not usual:
         return []
-    places = [place for start, stop in runs(large) if stop - start <= 2 for place in range(start, stop)]
+    large = runs(np.abs(steps) > JUMP * usual)
+    places = [place for start, stop in large if stop - start <= 2 for place in range(start, stop)]
     return [Skipped(place + 1, place + 1, f"the position jumps by {steps[place]:.3g}") for place in places]
 
 
@@ -346,7 +315,7 @@ def _usual_step(steps: Array) -> float:
 def at_limit(log: Log) -> tuple[Log, list[str]]:
     """Say where many rows of a torque are exactly at its largest or smallest value, unless it is a torque in steps."""
     known = log.torque[np.isfinite(log.torque)]
-    low, high = (float(np.min(known)), float(np.max(known))) if known.size else (0.0, 0.0)
+    low, high = np.min(known, initial=np.inf), np.max(known, initial=-np.inf)
     between = (known != low) & (known != high)
     if not np.any(between[1:]):
         return log, []

@@ -11,9 +11,6 @@ PLACE = re.compile(r"(\[\d+\])?$")
 BEFORE, AFTER = r"(?:^|[\s_.,:/\[({])", r"[\])}]?$"
 """What is around a unit at the end of a name: it is in brackets, or apart from the rest."""
 
-MILLIDEGREES, DEGREES = re.compile(r"mdeg[\])}]?$"), re.compile(r"(deg(rees?)?|°)[\])}]?$")
-"""Endings of names of columns in (milli)degrees, which need not be apart from the rest."""
-
 FASTEST_JOINT = 100.0
 """Speed, rad/s, from which degrees are suspected."""
 
@@ -29,56 +26,73 @@ class Unit(NamedTuple):
     factor: str
 
 
-TIMES = {
-    "milliseconds": (("ms", "msec", "millis", "milliseconds"), "1e-3"),
-    "microseconds": (("us", "µs", "μs", "usec", "micros", "microseconds"), "1e-6"),
-    "nanoseconds": (("ns", "nsec", "nanos", "nanoseconds"), "1e-9"),
-    "minutes": (("min", "minutes"), "60"),
-}
-COUNTED = ("counts?", "cnts?", "incs?", "increments", "ticks?", "pulses")
-ANGLES = {
-    "milliradians": (("mrad",), "1e-3"),
-    "turns": (("revs?", "revolutions", "turns?"), "2*pi"),
-    "counts": (COUNTED, "2*pi/COUNTS_OF_A_TURN"),
-}
-PATHS = {
-    "millimetres": (("mm", "millimet(?:er|re)s?"), "1e-3"),
-    "micrometres": (("um", "µm", "μm"), "1e-6"),
-    "counts": (COUNTED, "1/COUNTS_OF_A_METRE"),
-}
-TURNING = {
-    "degrees per second": (("deg/s", "deg/sec", "°/sec", "deg_s", "deg_per_s", "dps", "°/s"), "pi/180"),
-    "revolutions per minute": (("rpm", "1/min", "u/min", r"min\^?-1", "rev/min", "r/min", "upm"), "pi/30"),
-    "revolutions per second": (("rps", "rev/s", "rev/sec"), "2*pi"),
-    "milliradians per second": (("mrad/s", "mrad_s"), "1e-3"),
-}
-MOVING = {
-    "millimetres per second": (("mm/s", "mm_s"), "1e-3"),
-    "metres per minute": (("m/min",), "1/60"),
-}
+COUNTED = r"counts?|cnts?|incs?|increments|ticks?|pulses"
+ANYWHERE = r".*(?:deg(?:rees?)?|°)"  # need not be apart from the rest of the name
 MILLIAMPERES = "mA"
-CURRENTS = {MILLIAMPERES: (("ma", "milliamp(?:ere)?s?"), "1e-3")}
-RELATIVE = {
-    "per cent": (("%", "pct", "percent"), "RATED/100"),
-    "per mille": (("‰", "per_?mille?", "promille"), "RATED/1000"),
+TIMES = {
+    "milliseconds": ("ms|msec|millis|milliseconds", "1e-3"),
+    "microseconds": ("us|µs|μs|usec|micros|microseconds", "1e-6"),
+    "nanoseconds": ("ns|nsec|nanos|nanoseconds", "1e-9"),
+    "minutes": ("min|minutes", "60"),
 }
-TORQUES = {
-    "mN m": (("mnm", r"mn[\s*.·]m", "nmm", r"n[\s*.·]mm"), "1e-3"),
-    "N cm": (("ncm", r"n[\s*.·]cm"), "1e-2"),
-    "kN m": (("knm", r"kn[\s*.·]m"), "1e3"),
-    **RELATIVE,
+EITHER = {
+    "per cent": ("%|pct|percent", "RATED/100"),
+    "per mille": ("‰|per_?mille?|promille", "RATED/1000"),
+    MILLIAMPERES: ("ma|milliamp(?:ere)?s?", "1e-3"),
 }
-FORCES = {"kN": (("kn",), "1e3"), **RELATIVE}
+UNITS: dict[tuple[str, bool], dict[str, tuple[str, str]]] = {
+    ("time", False): TIMES,
+    ("time", True): TIMES,
+    ("position", False): {
+        "millidegrees": (".*mdeg", "pi/180/1000"),
+        "degrees": (ANYWHERE, "pi/180"),
+        "milliradians": ("mrad", "1e-3"),
+        "turns": ("revs?|revolutions|turns?", "2*pi"),
+        "counts": (COUNTED, "2*pi/COUNTS_OF_A_TURN"),
+    },
+    ("position", True): {
+        "millimetres": ("mm|millimet(?:er|re)s?", "1e-3"),
+        "micrometres": ("um|µm|μm", "1e-6"),
+        "counts": (COUNTED, "1/COUNTS_OF_A_METRE"),
+    },
+    ("velocity", False): {
+        "millidegrees": (".*mdeg", "pi/180/1000"),
+        "degrees per second": (f"{ANYWHERE}|deg/s|deg/sec|°/sec|deg_s|deg_per_s|dps|°/s", "pi/180"),
+        "revolutions per minute": (r"rpm|1/min|u/min|min\^?-1|rev/min|r/min|upm", "pi/30"),
+        "revolutions per second": ("rps|rev/s|rev/sec", "2*pi"),
+        "milliradians per second": ("mrad/s|mrad_s", "1e-3"),
+    },
+    ("velocity", True): {
+        "millimetres per second": ("mm/s|mm_s", "1e-3"),
+        "metres per minute": ("m/min", "1/60"),
+    },
+    ("torque", False): {
+        "mN m": (r"mnm|mn[\s*.·]m|nmm|n[\s*.·]mm", "1e-3"),
+        "N cm": (r"ncm|n[\s*.·]cm", "1e-2"),
+        "kN m": (r"knm|kn[\s*.·]m", "1e3"),
+        **EITHER,
+    },
+    ("torque", True): {"kN": ("kn", "1e3"), **EITHER},
+}
+"""Units by role, and by whether the axis is linear: how they are written, and their factor."""
 
-OF_BOTH = {*TIMES, "counts", *RELATIVE, *CURRENTS}
+TAKEN = {
+    "time": ("seconds", "seconds"),
+    "position": ("radians", "metres"),
+    "velocity": ("rad/s", "m/s"),
+    "torque": ("N m", "N"),
+}
+"""Units in which columns are taken, of rotary joints and of linear axes."""
+
+OF_BOTH = {*TIMES, *EITHER, "counts"}
 """Units that columns of rotary joints and of linear axes have."""
 
 OWN = {
     False: {"position": "rad", "velocity": "rad/s", "torque": r"n[\s*.·]?m"},
     True: {"position": "m", "velocity": "m/s", "torque": "n"},
 }
-"""Units in which columns are taken, by whether the axis is linear, and role. They tell the axis where they are in
-brackets; an ``m`` that is not may be a letter of a motor."""
+"""Units that tell the axis, by whether it is linear, where they are in brackets; an ``m`` that is not may be a letter
+of a motor."""
 
 AMPERES = re.compile(r"[\[(]a([ _.]?(rms|eff))?[\])]$")
 """How names of columns end that are currents in A; an ``a`` that is not in brackets may be a letter of a joint."""
@@ -89,20 +103,10 @@ def foreign_unit(column: str, role: str, *, linear: bool) -> Unit | None:
 
     The role is ``time``, ``position``, ``velocity`` or that of a torque.
     """
-    name = _plain(column)
-    motions = {"position": (ANGLES, "radians"), "velocity": (TURNING, "rad/s")}
-    if linear:
-        motions = {"position": (PATHS, "metres"), "velocity": (MOVING, "m/s")}
-    table, taken = {"time": (TIMES, "seconds"), **motions}.get(role, (FORCES if linear else TORQUES, "N m"))
-    if role in motions and not linear and MILLIDEGREES.search(name):
-        return Unit("millidegrees", "radians", "pi/180/1000")
-    if role in motions and not linear and DEGREES.search(name):
-        return Unit("degrees per second" if role == "velocity" else "degrees", taken, "pi/180")
-    if role not in ("time", *motions):
-        table, taken = {**table, **CURRENTS}, "N" if linear else taken
-    for unit, (spellings, factor) in table.items():
-        if _ends_with(name, spellings):
-            return Unit(unit, "A" if unit in CURRENTS else taken, factor)
+    role = role if role in TAKEN else "torque"
+    for unit, (spellings, factor) in UNITS[role, linear].items():
+        if _ends_with(column, spellings):
+            return Unit(unit, "A" if unit == MILLIAMPERES else TAKEN[role][linear], factor)
     return None
 
 
@@ -118,8 +122,7 @@ def unit_of_other_axis(column: str, role: str, *, linear: bool) -> str | None:
 
 def says_amperes(column: str) -> bool:
     """Tell whether the name of a column ends with ampere, or milliampere."""
-    name = _plain(column)
-    return AMPERES.search(name) is not None or _ends_with(name, CURRENTS[MILLIAMPERES][0])
+    return AMPERES.search(_plain(column)) is not None or _ends_with(column, EITHER[MILLIAMPERES][0])
 
 
 def in_degrees(log: Log, speed: float, *, linear: bool) -> list[str]:
@@ -129,11 +132,10 @@ def in_degrees(log: Log, speed: float, *, linear: bool) -> list[str]:
     """
     if linear or speed <= FASTEST_JOINT:
         return []
-    role = "velocity" if log.position is None else "position"
-    column, said, other = log.columns.get(role, ""), None, None
+    column, said, other = log.columns.get(log.moving, ""), None, None
     if column not in log.factors:
-        said = foreign_unit(column, role, linear=False)
-        other = unit_of_other_axis(column, role, linear=False)
+        said = foreign_unit(column, log.moving, linear=False)
+        other = unit_of_other_axis(column, log.moving, linear=False)
     unit, factors = "degrees", ["pi/180"]
     if said is not None:
         unit, factors = said.name, [said.factor]
@@ -147,5 +149,5 @@ def _plain(column: str) -> str:
     return PLACE.sub("", column.strip()).strip().casefold()
 
 
-def _ends_with(name: str, spellings: tuple[str, ...]) -> bool:
-    return re.search(f"{BEFORE}(?:{'|'.join(spellings)}){AFTER}", name) is not None
+def _ends_with(column: str, spellings: str) -> bool:
+    return re.search(f"{BEFORE}(?:{spellings}){AFTER}", _plain(column)) is not None

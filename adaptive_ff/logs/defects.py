@@ -38,6 +38,18 @@ class Skipped(NamedTuple):
     reason: str
 
 
+def steps_of(values: Array) -> Array:
+    """Return what a series changes by from sample to sample; nothing is said of values that are none."""
+    with np.errstate(invalid="ignore", over="ignore"):
+        return np.diff(values)
+
+
+def forward_steps(time: Array) -> Array:
+    """Return the steps of a clock that go forward, s."""
+    steps = steps_of(time)
+    return np.asarray(steps[(steps > 0.0) & (steps < np.inf)])
+
+
 def median_step(log: Log) -> float:
     """Return the median step of the clock, s, of those that go forward.
 
@@ -48,40 +60,25 @@ def median_step(log: Log) -> float:
     """
     if log.time.size < 2:
         raise InputError(f"{log.name}: {counted(log.time.size, 'sample')} cannot be used; there must be 2 at least")
-    with np.errstate(invalid="ignore", over="ignore"):
-        back = int(np.count_nonzero(np.diff(log.time) < 0.0))
-    forward = _forward(log.time)
+    steps, forward = steps_of(log.time), forward_steps(log.time)
+    back = int(np.count_nonzero(steps < 0.0))
     if forward.size == 0 or back > BACK_FRACTION * (back + forward.size):
-        raise InputError(f"{log.name}: {_first_step_back(log)}; times must increase from sample to sample")
+        wrong = np.flatnonzero(~(steps > 0.0))
+        place = int(wrong[0])
+        raise InputError(
+            f"{log.name}: the time does not go forward in {wrong.size} of {counted(steps.size, 'step')}, first from "
+            f"{log.time[place]:.6g} s in sample {place} to {log.time[place + 1]:.6g} s in sample {place + 1}; times "
+            "must increase from sample to sample"
+        )
     return float(np.median(forward))
 
 
 def longest_step(time: Array) -> float:
     """Return the step of a clock beyond which it leaves a gap, s."""
-    forward = _forward(time)
+    forward, (fraction, times) = forward_steps(time), UNEVEN
     if not forward.size:
         return 0.0
-    fraction, times = UNEVEN
     return max(GAP * float(np.median(forward)), times * float(np.quantile(forward, fraction)))
-
-
-def _forward(time: Array) -> Array:
-    with np.errstate(invalid="ignore", over="ignore"):
-        steps = np.diff(time)
-        return np.asarray(steps[(steps > 0.0) & (steps < np.inf)])
-
-
-def _first_step_back(log: Log) -> str:
-    """Say where the clock first does not go forward."""
-    with np.errstate(invalid="ignore", over="ignore"):
-        steps = np.diff(log.time)
-    wrong = np.flatnonzero(~(steps > 0.0))
-    place = int(wrong[0])
-    before, after = log.time[place : place + 2]
-    return (
-        f"the time does not go forward in {wrong.size} of {counted(steps.size, 'step')}, first from {before:.6g} s in "
-        f"sample {place} to {after:.6g} s in sample {place + 1}"
-    )
 
 
 def usable_segments(log: Log, shortest: int = 2, jumps: Sequence[Skipped] = ()) -> tuple[list[Span], list[Skipped]]:
@@ -96,34 +93,26 @@ def usable_segments(log: Log, shortest: int = 2, jumps: Sequence[Skipped] = ()) 
         As :func:`median_step`.
     """
     median_step(log)
-    finite = np.ones(log.time.size, dtype=np.bool_)
-    for series in (log.time, log.torque, log.position, log.velocity, *log.extra.values()):
-        if series is not None:
-            finite &= np.isfinite(series)
-    with np.errstate(invalid="ignore", over="ignore"):
-        steps = np.diff(log.time)
-        broken = ~((steps > 0.0) & (steps <= longest_step(log.time)))
+    finite = np.all([np.isfinite(series) for series in log.series.values()], axis=0)
+    steps = steps_of(log.time)
+    broken = ~((steps > 0.0) & (steps <= longest_step(log.time)))
     skipped = [Skipped(*run, "values that are no finite numbers") for run in runs(~finite)]
-    for place in np.flatnonzero(broken & finite[1:] & finite[:-1]) + 1:
+    for place in (np.flatnonzero(broken & finite[1:] & finite[:-1]) + 1).tolist():
         before, after = log.time[place - 1], log.time[place]
         what = "leaves a gap" if after > before else "jumps back" if after < before else "stands still"
-        skipped.append(Skipped(int(place), int(place), f"the clock {what}, from {before:.6g} s to {after:.6g} s"))
-    for jump in jumps:
-        if not broken[jump.start - 1] and finite[jump.start - 1 : jump.start + 1].all():
-            skipped.append(jump)
-        broken[jump.start - 1] = True
+        skipped.append(Skipped(place, place, f"the clock {what}, from {before:.6g} s to {after:.6g} s"))
+    skipped += [one for one in jumps if not broken[one.start - 1] and finite[one.start - 1 : one.start + 1].all()]
+    broken[[one.start - 1 for one in jumps]] = True
     segments: list[Span] = []
     cut = np.flatnonzero(broken) + 1
     for start, stop in runs(finite):
-        inside = cut[np.searchsorted(cut, start, side="right") : np.searchsorted(cut, stop)]
-        edges = [start, *(int(place) for place in inside), stop]
-        for begin, end in pairwise(edges):
+        inside = cut[np.searchsorted(cut, start, side="right") : np.searchsorted(cut, stop)].tolist()
+        for begin, end in pairwise([start, *inside, stop]):
             if end - begin >= shortest:
                 segments.append(Span(begin, end))
             else:
-                skipped.append(
-                    Skipped(begin, end, f"a segment of {counted(end - begin, 'sample')}; {shortest} are needed")
-                )
+                reason = f"a segment of {counted(end - begin, 'sample')}; {shortest} are needed"
+                skipped.append(Skipped(begin, end, reason))
     return segments, sorted(skipped)
 
 
@@ -138,8 +127,6 @@ def bridged(time: Array, mask: NDArray[np.bool_]) -> list[tuple[int, int]]:
 
     A run at an end of the log leaves no gap, whatever its length.
     """
-    if not mask.any():
-        return []
     most = longest_step(time)
     with np.errstate(invalid="ignore", over="ignore"):
         return [
@@ -147,17 +134,3 @@ def bridged(time: Array, mask: NDArray[np.bool_]) -> list[tuple[int, int]]:
             for start, stop in runs(mask)
             if start == 0 or stop == time.size or 0.0 < time[stop] - time[start - 1] <= most
         ]
-
-
-def check_varies(name: str, values: Array, segments: Sequence[Span], meaning: str) -> None:
-    """Refuse a series that is the same all over.
-
-    Raises
-    ------
-    InputError
-        It is.
-    """
-    low = min(float(values[start:stop].min()) for start, stop in segments)
-    high = max(float(values[start:stop].max()) for start, stop in segments)
-    if low == high:
-        raise InputError(f"{name} is {low + 0.0:g} all over; {meaning}")  # -0 is 0

@@ -15,8 +15,11 @@ from numpy.typing import NDArray
 from scipy import io
 
 from adaptive_ff.errors import InputError
-from adaptive_ff.logs.messages import read_bag, read_mcap
-from adaptive_ff.logs.text_tables import NO_TEXT, read_table
+from adaptive_ff.logs.messages import Read, read_bag, read_mcap
+from adaptive_ff.logs.text_tables import read_table, reading
+
+Header = tuple[tuple[int, ...], np.dtype[Any]]
+"""Shape and type of an array."""
 
 
 class Content(NamedTuple):
@@ -27,8 +30,7 @@ class Content(NamedTuple):
 
     def listed(self, names: Collection[str] | None = None) -> str:
         """Return names, by default of all arrays, with shapes of those that hold several; ``none`` for no names."""
-        chosen = self.shapes if names is None else names
-        shapes = {name: self.shapes.get(name, ()) for name in chosen}
+        shapes = {name: self.shapes.get(name, ()) for name in (self.shapes if names is None else names)}
         return ", ".join(name + (f" {shape}" if len(shape) > 1 else "") for name, shape in shapes.items()) or "none"
 
 
@@ -44,17 +46,10 @@ def read_content(path: Path, wanted: Collection[str]) -> Content:
     if reader is None:
         hint = HINTS.get(path.suffix.lower(), "")
         raise InputError(f"{path}: the ending {path.suffix!r} is not known; allowed: {', '.join(READERS)}{hint}")
-    try:
+    with reading(path):
         with path.open("rb"):  # where there is none, not every reader says so
             pass
-        return reader(path, wanted)
-    except InputError:
-        raise
-    except UnicodeDecodeError as error:
-        raise InputError(f"{path}: {NO_TEXT}") from error
-    except Exception as error:  # each format has its own kinds of damage
-        reason = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
-        raise InputError(f"{path}: cannot be read: {reason or type(error).__name__}") from error
+        return Content(*reader(path, wanted))
 
 
 def is_text(path: Path) -> bool:
@@ -62,61 +57,50 @@ def is_text(path: Path) -> bool:
     return READERS.get(path.suffix.lower()) is _read_text
 
 
-def _read_text(path: Path, wanted: Collection[str]) -> Content:
+def _read_text(path: Path, wanted: Collection[str]) -> Read:
     names, columns = read_table(path, wanted)
-    return Content(dict.fromkeys(names, ()), columns)
+    return dict.fromkeys(names, ()), dict(columns)
 
 
-def _read_npz(path: Path, wanted: Collection[str]) -> Content:
+def _read_npz(path: Path, wanted: Collection[str]) -> Read:
     if not is_zipfile(path):  # numpy takes it for pickled objects, and advises to trust it
         raise InputError(f"{path}: cannot be read: it is no NPZ archive")
     with np.load(path, allow_pickle=False) as archive:
-        series: dict[str, _Series] = {}
-        for name in archive.files:
-            shape, _, kind = _npz_header(archive, name)
-            series.update(_series_of(name, shape, kind))
+        headers = {name: _npz_header(archive, name) for name in archive.files}
         for name in wanted:
-            if name in series and series[name].kind.hasobject:
+            if name in headers and headers[name][1].hasobject:
                 raise InputError(f"{path}: {name} holds Python objects; it must hold numbers")
-        return _content(series, wanted, archive)
+        return _series(headers, wanted, archive)
 
 
-class _Series(NamedTuple):
-    """Where a series is: an array of a file, or a field of a structured one, with its shape and the kind of array."""
-
-    array: str
-    field: str | None
-    shape: tuple[int, ...]
-    kind: np.dtype[Any]
-
-
-def _series_of(name: str, shape: tuple[int, ...], kind: np.dtype[Any]) -> dict[str, _Series]:
-    """Return the series of an array by name: of a structured one ARRAY.FIELD, each."""
-    if kind.names is None:
-        return {name: _Series(name, None, tuple(shape), kind)}
-    return {f"{name}.{field}": _Series(name, field, (*shape, *kind[field].shape), kind) for field in kind.names}
+def _npz_header(archive: Any, name: str) -> Header:
+    """Read shape and type of a member from its header alone."""
+    with archive.zip.open(name if name in archive.zip.namelist() else f"{name}.npy") as stream:
+        major = np.lib.format.read_magic(stream)[0]
+        read = np.lib.format.read_array_header_1_0 if major == 1 else np.lib.format.read_array_header_2_0
+        shape, _, kind = read(stream)
+        return shape, kind
 
 
-def _content(series: Mapping[str, _Series], wanted: Collection[str], arrays: Mapping[str, Any]) -> Content:
-    """Return the shapes of all series, and the wanted ones, with each array read once."""
-    found = {name: series[name] for name in wanted if name in series}
-    read = {array: arrays[array][()] for array in dict.fromkeys(one.array for one in found.values())}
-    return Content(
-        {name: one.shape for name, one in series.items()},
-        {name: read[one.array] if one.field is None else read[one.array][one.field] for name, one in found.items()},
+def _series(headers: Mapping[str, Header], wanted: Collection[str], arrays: Mapping[str, Any]) -> Read:
+    """Return the shapes of all series, by shape and type of the arrays, and the wanted ones, each array read once.
+
+    Fields of structured arrays are series of their own: ARRAY.FIELD.
+    """
+    places = {
+        name if field is None else f"{name}.{field}": (name, field, (*shape, *(kind[field].shape if field else ())))
+        for name, (shape, kind) in headers.items()
+        for field in kind.names or (None,)
+    }
+    found = {key: places[key] for key in wanted if key in places}
+    read = {name: arrays[name][()] for name in dict.fromkeys(name for name, _, _ in found.values())}
+    return (
+        {key: shape for key, (_, _, shape) in places.items()},
+        {key: read[name] if field is None else read[name][field] for key, (name, field, _) in found.items()},
     )
 
 
-def _npz_header(archive: Any, name: str) -> Any:
-    """Read shape, order and type of a member from its header alone."""
-    member = name if name in archive.zip.namelist() else f"{name}.npy"
-    with archive.zip.open(member) as stream:
-        major = np.lib.format.read_magic(stream)[0]
-        read = np.lib.format.read_array_header_1_0 if major == 1 else np.lib.format.read_array_header_2_0
-        return read(stream)
-
-
-def _read_mat(path: Path, wanted: Collection[str]) -> Content:
+def _read_mat(path: Path, wanted: Collection[str]) -> Read:
     """Read a MAT file; members of a struct are named STRUCT.MEMBER, of an array of structs STRUCT.0.MEMBER.
 
     So Simulink's structure with time has ``out.time`` and ``out.signals.values``. Version 7.3 is HDF5, axes reversed.
@@ -124,56 +108,42 @@ def _read_mat(path: Path, wanted: Collection[str]) -> Content:
     try:
         arrays = dict(_flatten(io.loadmat(path, simplify_cells=True)))
     except NotImplementedError:
-        return _read_hdf5(path, wanted, transposed=True)
-    shapes = {name: array.shape for name, array in arrays.items()}
-    return Content(shapes, {name: arrays[name] for name in wanted if name in arrays})
+        shapes, arrays = _read_hdf5(path, wanted)
+        return {name: shape[::-1] for name, shape in shapes.items()}, {name: one.T for name, one in arrays.items()}
+    return {name: one.shape for name, one in arrays.items()}, {name: arrays[name] for name in wanted if name in arrays}
 
 
 def _flatten(content: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, NDArray[Any]]]:
     for name, value in content.items():
+        is_row = isinstance(value, list) or (isinstance(value, np.ndarray) and value.dtype.kind == "O")
         if isinstance(value, Mapping):
             yield from _flatten(value, f"{prefix}{name}.")
-        elif _are_structs(value):
+        elif is_row and all(isinstance(member, Mapping) for member in value):
             yield from _flatten({str(place): member for place, member in enumerate(value)}, f"{prefix}{name}.")
         elif not name.startswith("__") and np.asarray(value).dtype.kind in "iufb":
             yield prefix + name, np.asarray(value)
 
 
-def _are_structs(value: Any) -> bool:
-    is_row = isinstance(value, list) or (isinstance(value, np.ndarray) and value.dtype == object and value.ndim == 1)
-    return is_row and all(isinstance(member, Mapping) for member in value)
-
-
-def _read_hdf5(path: Path, wanted: Collection[str], *, transposed: bool = False) -> Content:
+def _read_hdf5(path: Path, wanted: Collection[str]) -> Read:
     """Read datasets of an HDF5 file; those in a group are named GROUP.DATASET, those of compounds DATASET.FIELD."""
     h5py = _library("h5py", path)
     with h5py.File(path, "r") as file:
         sets: dict[str, Any] = {}
-        file.visititems(
-            lambda name, item: sets.update({name.replace("/", "."): item}) if isinstance(item, h5py.Dataset) else None
-        )
-        series: dict[str, _Series] = {}
-        for name, item in sets.items():
-            if not name.startswith("#") and item.shape is not None:  # that of an empty dataset
-                found = _series_of(name, item.shape[::-1] if transposed else item.shape, item.dtype)
-                series.update({key: one for key, one in found.items() if _holds_numbers(one)})
-        content = _content(series, wanted, sets)
-    return content._replace(arrays={name: array.T if transposed else array for name, array in content.arrays.items()})
+
+        def visit(name: str, item: Any) -> None:
+            if isinstance(item, h5py.Dataset) and item.shape is not None and not name.startswith("#"):
+                sets[name.replace("/", ".")] = item  # without a shape it is empty
+
+        file.visititems(visit)
+        return _series({name: (item.shape, item.dtype) for name, item in sets.items()}, wanted, sets)
 
 
-def _holds_numbers(series: _Series) -> bool:
-    kind = series.kind if series.field is None else series.kind[series.field]
-    return kind.base.kind in "iufb"
-
-
-def _read_parquet(path: Path, wanted: Collection[str]) -> Content:
-    parquet = _library("pyarrow.parquet", path)
-    with parquet.ParquetFile(path) as file:
+def _read_parquet(path: Path, wanted: Collection[str]) -> Read:
+    with _library("pyarrow.parquet", path).ParquetFile(path) as file:
         rows, names = file.metadata.num_rows, file.schema_arrow.names
         table = file.read(columns=[name for name in wanted if name in names])
     arrays = {name: _parquet_column(table.column(name)) for name in table.column_names}
-    shapes: dict[str, tuple[int, ...]] = dict.fromkeys(names, (rows,))
-    return Content(shapes | {name: array.shape for name, array in arrays.items()}, arrays)
+    return dict.fromkeys(names, (rows,)) | {name: array.shape for name, array in arrays.items()}, arrays
 
 
 def _parquet_column(column: Any) -> NDArray[Any]:
@@ -187,14 +157,12 @@ def _parquet_column(column: Any) -> NDArray[Any]:
     return np.array([[np.nan] * width if row is None else row for row in rows], dtype=float)
 
 
-def _read_mcap(path: Path, wanted: Collection[str]) -> Content:
-    reader, ros2 = (_library(name, path) for name in ("mcap.reader", "mcap_ros2.decoder"))
-    return Content(*read_mcap(path, wanted, reader, ros2))
+def _read_mcap(path: Path, wanted: Collection[str]) -> Read:
+    return read_mcap(path, wanted, *(_library(name, path) for name in ("mcap.reader", "mcap_ros2.decoder")))
 
 
-def _read_bag(path: Path, wanted: Collection[str]) -> Content:
-    anyreader, typesys = (_library(name, path) for name in ("rosbags.highlevel", "rosbags.typesys"))
-    return Content(*read_bag(path, wanted, anyreader, typesys))
+def _read_bag(path: Path, wanted: Collection[str]) -> Read:
+    return read_bag(path, wanted, *(_library(name, path) for name in ("rosbags.highlevel", "rosbags.typesys")))
 
 
 def _library(name: str, path: Path) -> Any:
@@ -207,25 +175,21 @@ def _library(name: str, path: Path) -> Any:
         ) from error
 
 
+SHEET = "; save the sheet as CSV"
 HINTS = {
     ".npy": "; save it as NPZ, numpy.savez(FILE, data=ARRAY), of which data[0] is a series",
-    ".xlsx": "; save the sheet as CSV",
-    ".xls": "; save the sheet as CSV",
+    ".xlsx": SHEET,
+    ".xls": SHEET,
 }
 """What to do with formats that are not read."""
 
-READERS: dict[str, Callable[[Path, Collection[str]], Content]] = {
-    ".csv": _read_text,
-    ".txt": _read_text,
-    ".tsv": _read_text,
-    ".dat": _read_text,
+READERS: dict[str, Callable[[Path, Collection[str]], Read]] = {
+    **dict.fromkeys((".csv", ".txt", ".tsv", ".dat"), _read_text),
     ".npz": _read_npz,
     ".mat": _read_mat,
-    ".h5": _read_hdf5,
-    ".hdf5": _read_hdf5,
+    **dict.fromkeys((".h5", ".hdf5"), _read_hdf5),
     ".parquet": _read_parquet,
     ".mcap": _read_mcap,
-    ".bag": _read_bag,
-    ".db3": _read_bag,
+    **dict.fromkeys((".bag", ".db3"), _read_bag),
 }
 """Readers by the ending of the file's name."""

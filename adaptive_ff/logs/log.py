@@ -65,22 +65,28 @@ class Log:
         check_kind("extra", self.extra, Mapping, "series by name")
         if self.position is None and self.velocity is None:
             raise ValueError(f"{self.name}: position and velocity are both missing; a log has one of them")
-        roles = {"time": self.time, "torque": self.torque, "position": self.position, "velocity": self.velocity}
-        for role, series in {**roles, **self.extra}.items():
-            if series is None and role in ("position", "velocity"):
-                continue
-            kind = getattr(series, "dtype", np.dtype(object)).kind
-            if series is None or kind not in "fiu" or series.ndim != 1:
+        for role, series in self.series.items():
+            if getattr(series, "dtype", np.dtype(object)).kind not in "fiu" or series.ndim != 1:
                 raise ValueError(f"{self.name}: {role} must be a one-dimensional array of numbers")
             if series.size != self.time.size:
                 raise ValueError(f"{self.name}: {role} has {series.size} samples; it must have {self.time.size}")
 
     @property
+    def series(self) -> dict[str, Array]:
+        """All series by role, or by name."""
+        motion = {"position": self.position, "velocity": self.velocity}
+        there = {role: values for role, values in motion.items() if values is not None}
+        return {"time": self.time, "torque": self.torque, **there, **self.extra}
+
+    @property
+    def moving(self) -> str:
+        """Role of the motion: the position, or the velocity where there is none."""
+        return "velocity" if self.position is None else "position"
+
+    @property
     def motion(self) -> Array:
         """The position, or the velocity where there is none."""
-        series = self.velocity if self.position is None else self.position
-        assert series is not None
-        return series
+        return self.series[self.moving]
 
     def is_same_record(self, other: "Log") -> bool:
         """Tell whether another log holds the same torque and motion, whatever it is called."""
@@ -89,14 +95,12 @@ class Log:
 
     def part(self, chosen: slice | NDArray[np.bool_] | NDArray[np.int64]) -> "Log":
         """Return the log of some of the samples."""
-        roles = {"time": self.time, "torque": self.torque, "position": self.position, "velocity": self.velocity}
-        cut: dict[str, Any] = {role: series[chosen] for role, series in roles.items() if series is not None}
+        cut: dict[str, Any] = {role: series[chosen] for role, series in self.series.items() if role not in self.extra}
         return replace(self, **cut, extra={name: series[chosen] for name, series in self.extra.items()})
 
     def scaling(self, role: str, *factors: str) -> str:
         """Say how to scale a series, or the motion, by one of some factors."""
-        if role == "motion":
-            role = "velocity" if self.position is None else "position"
+        role = self.moving if role == "motion" else role
         column = self.columns.get(role)
         if column is None:
             return f"scale the {role} by {' or '.join(factors)}"
@@ -153,9 +157,10 @@ def read_log(
 
     """
     file = checked_path("path", path)
-    given = {"torque": torque, "position": position, "velocity": velocity, "time": time, "known_torque": known_torque}
+    given = {"torque": torque, "time": time, "position": position, "velocity": velocity, KNOWN: known_torque}
     for argument, column in given.items():
-        check_kind(argument, column, str if argument == "torque" else (str, NoneType), "the name of a column")
+        kinds = str if argument == "torque" else (str, NoneType)
+        check_kind(argument.replace(" ", "_"), column, kinds, "the name of a column")
     for argument, mapping in (("extra", extra), ("scale", scale)):
         check_kind(argument, mapping, (Mapping, NoneType), "by name, such as {'NAME': ...}")
     for name, column in (extra or {}).items():
@@ -168,16 +173,13 @@ def read_log(
         check_numbers(period=period)
         if not (math.isfinite(period) and period > 0.0):
             raise InputError(f"{file}: period = {period:g} s is not allowed: it must be positive")
-    chosen = {"torque": torque, "time": time, "position": position, "velocity": velocity, KNOWN: known_torque}
-    columns = {role: column for role, column in chosen.items() if column is not None}
-    factors = dict(scale or {})
-    roles: dict[str, str] = {}
+    columns = {role: column for role, column in given.items() if column is not None}
     for role, column in columns.items():
-        if roles.setdefault(column, role) != role:
-            raise InputError(
-                f"{file}: the column {column} is given as {roles[column]} and as {role}; each must have its own"
-            )
-    columns.update({f"extra {name}": column for name, column in (extra or {}).items()})
+        other = next(one for one in columns if columns[one] == column)
+        if other != role:
+            raise InputError(f"{file}: the column {column} is given as {other} and as {role}; each must have its own")
+    columns |= {f"extra {name}": column for name, column in (extra or {}).items()}
+    factors = dict(scale or {})
     _check_factors(file, factors, columns)
     bases = [match["name"] for column in columns.values() if (match := PICKED.fullmatch(column))]
     content = read_content(file, dict.fromkeys([*columns.values(), *bases]))
@@ -188,14 +190,11 @@ def read_log(
             raise InputError(
                 f"{file}: {columns[role]} has {counted(values.size, 'sample')}, {torque} has {size}; they must be alike"
             )
-    if period is not None:
-        series["time"] = period * np.arange(size, dtype=np.float64)
+    clock = series.get("time", (period or 0.0) * np.arange(size, dtype=np.float64))
     named = {name: series[f"extra {name}"] for name in extra or {}}
-    if KNOWN in series:
-        series["torque"] = series["torque"] - series[KNOWN]
-        named[KNOWN] = series[KNOWN]
-    motion = series.get("position"), series.get("velocity")
-    return Log(str(file), series["time"], series["torque"], *motion, named, columns, factors)
+    named |= {KNOWN: series[KNOWN]} if KNOWN in series else {}
+    driven = series["torque"] - series[KNOWN] if KNOWN in series else series["torque"]
+    return Log(str(file), clock, driven, series.get("position"), series.get("velocity"), named, columns, factors)
 
 
 def check_log(name: str, log: Any) -> None:
@@ -215,33 +214,32 @@ def _check_factors(file: Path, factors: Mapping[str, float], columns: Mapping[st
 
 def _series(file: Path, content: Content, column: str, factor: float) -> Array:
     """Return a column as numbers, scaled; without a copy where that is possible."""
-    match = PICKED.fullmatch(column)
+    match, wrong = PICKED.fullmatch(column), ""
+    array: NDArray[Any] = np.empty(0)
     if column in content.arrays:
         array = np.atleast_1d(np.squeeze(content.arrays[column]))
-        if array.ndim != 1:
-            raise InputError(
-                f"{file}: {column} has shape {content.shapes[column]}; "
-                + (f"to pick a series of it write {column}[0]" if array.ndim == 2 else "it must have one axis or two")
-            )
+        pick = f"to pick a series of it write {column}[0]" if array.ndim == 2 else "it must have one axis or two"
+        wrong = f"{column} has shape {content.shapes[column]}; {pick}" if array.ndim != 1 else ""
     elif match and match["name"] in content.arrays:
-        table = content.arrays[match["name"]]
+        name, place = match["name"], int(match["place"])
+        table = content.arrays[name]
+        count = min(table.shape, default=0)
         if table.ndim == 1:
-            raise InputError(f"{file}: {match['name']} is a single series: write {match['name']}, not {column}")
-        count, place = min(table.shape, default=0), int(match["place"])
-        if table.ndim != 2 or place >= count:
-            raise InputError(
-                f"{file}: {match['name']} has shape {table.shape}; {column} must count one of its {count} series from 0"
-            )
-        array = table[:, place] if table.shape[1] == count else table[place]
+            wrong = f"{name} is a single series: write {name}, not {column}"
+        elif table.ndim != 2 or place >= count:
+            wrong = f"{name} has shape {table.shape}; {column} must count one of its {count} series from 0"
+        else:
+            array = table[:, place] if table.shape[1] == count else table[place]
     else:
-        raise InputError(f"{file}: there is no column {column}; there are {content.listed()}")
-    if array.dtype.kind in "Mm":
-        if array.dtype.kind == "m" and np.datetime_data(array.dtype)[0] in "YM":
-            raise InputError(f"{file}: {column} holds months or years, which are no time in seconds")
+        wrong = f"there is no column {column}; there are {content.listed()}"
+    if array.dtype.kind == "m" and np.datetime_data(array.dtype)[0] in "YM":
+        wrong = f"{column} holds months or years, which are no time in seconds"
+    elif array.dtype.kind in "Mm":
         array = _seconds(array)
-    if array.dtype.kind not in "iufb":
-        kind = KINDS.get(array.dtype.kind, str(array.dtype))
-        raise InputError(f"{file}: {column} holds {kind}; it must hold real numbers")
+    if array.dtype.kind not in "iufb" and not wrong:
+        wrong = f"{column} holds {KINDS.get(array.dtype.kind, str(array.dtype))}; it must hold real numbers"
+    if wrong:
+        raise InputError(f"{file}: {wrong}")
     values: Array = np.ascontiguousarray(array, dtype=np.float64)
     if values.size and not np.any(np.isfinite(values)):
         raise InputError(f"{file}: {column} holds no finite number")
@@ -250,9 +248,7 @@ def _series(file: Path, content: Content, column: str, factor: float) -> Array:
 
 def _seconds(array: NDArray[Any]) -> Array:
     """Return durations in seconds, and times in seconds from the first one; what is no time becomes NaN."""
-    known = ~np.isnat(array)
-    seconds = np.full(array.shape, np.nan)
-    if np.any(known):
-        begin = array[known][0] if array.dtype.kind == "M" else np.zeros((), array.dtype)
-        seconds[known] = (array[known] - begin) / np.timedelta64(1, "s")
-    return seconds
+    if array.dtype.kind == "M":
+        known = array[~np.isnat(array)]
+        array = array - (known[0] if known.size else np.datetime64("NaT"))
+    return np.asarray(array / np.timedelta64(1, "s"), dtype=np.float64)

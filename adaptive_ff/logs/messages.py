@@ -8,8 +8,9 @@ their own, so time, motion and torque must be of one topic.
 
 import json
 from collections.abc import Callable, Collection, Iterator, Mapping
-from dataclasses import fields, is_dataclass
+from dataclasses import is_dataclass
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -27,13 +28,8 @@ Read = tuple[dict[str, tuple[int, ...]], Series]
 Messages = Callable[[], Iterator[tuple[int, Any]]]
 """Gives time, ns, and content of each message of a topic."""
 
-
-class JsonDecoders:
-    """Makes decoders of JSON messages, as the library asks for them."""
-
-    def decoder_for(self, message_encoding: str, schema: Any) -> Callable[[bytes], Any] | None:
-        """Return the decoder of an encoding; None for one that is not JSON."""
-        return json.loads if message_encoding == "json" else None
+JSON = SimpleNamespace(decoder_for=lambda encoding, schema: json.loads if encoding == "json" else None)
+"""Makes decoders of JSON messages, as the library asks for them."""
 
 
 def read_mcap(path: Path, wanted: Collection[str], reader_module: Any, ros2_module: Any) -> Read:
@@ -45,7 +41,7 @@ def read_mcap(path: Path, wanted: Collection[str], reader_module: Any, ros2_modu
         No message can be decoded, or an array of a wanted series changes its length.
     """
     with path.open("rb") as stream:
-        reader = reader_module.make_reader(stream, decoder_factories=[ros2_module.DecoderFactory(), JsonDecoders()])
+        reader = reader_module.make_reader(stream, decoder_factories=[ros2_module.DecoderFactory(), JSON])
         summary = reader.get_summary()
         if summary is None:
             raise InputError(f"{path}: the file has no summary, as of a recording that broke off; run 'mcap recover'")
@@ -113,23 +109,16 @@ def _named(stamp: int, content: Any, prefix: str) -> Series:
 
 def _numbers(content: Any, prefix: str) -> Iterator[tuple[str, NDArray[Any]]]:
     """Yield all numbers in a message, and arrays of them, by name."""
-    members = _members(content)
-    if members is None:
+    slots = getattr(type(content), "__slots__", ())
+    members: Mapping[str, Any] = {name: getattr(content, name) for name in slots}
+    if isinstance(content, Mapping) or is_dataclass(content):
+        members = content if isinstance(content, Mapping) else vars(content)
+    if {"sec", "nanosec"} <= set(members):
+        yield prefix, np.asarray(members["sec"] + NANO * members["nanosec"])
+    elif members:
+        for name, member in members.items():
+            yield from _numbers(member, f"{prefix}.{name}")
+    else:
         values = np.asarray("" if isinstance(content, str | bytes) else content)
         if values.dtype.kind in "iufb" and values.ndim <= 1:
             yield prefix, values
-    elif {"sec", "nanosec"} <= set(members):
-        yield prefix, np.asarray(members["sec"] + NANO * members["nanosec"])
-    else:
-        for name, member in members.items():
-            yield from _numbers(member, f"{prefix}.{name}")
-
-
-def _members(content: Any) -> Mapping[str, Any] | None:
-    """Return the members of a message; None where it has none."""
-    if isinstance(content, Mapping):
-        return content
-    if is_dataclass(content):
-        return {field.name: getattr(content, field.name) for field in fields(content)}
-    slots = getattr(type(content), "__slots__", None)
-    return {name: getattr(content, name) for name in slots} if slots else None

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from adaptive_ff.errors import counted
-from adaptive_ff.logs.defects import bridged
+from adaptive_ff.logs.defects import bridged, steps_of
 from adaptive_ff.logs.log import Array, Log
 
 WIDEST, NEAREST, BESIDE = 3, 3, 6
@@ -33,11 +33,9 @@ AROUND, FELT = 5, 3.0
 def without_spikes(log: Log) -> tuple[Log, list[str]]:
     """Leave out the rows in which a series is far off; none where the clock would leave a gap."""
     said: list[str] = []
-    for role in ("position", "velocity", "torque"):
-        series: Array | None = getattr(log, role)
-        if series is None:
-            continue
-        kept = bridged(log.time, find_spikes(log, role))
+    for role in [role for role in ("position", "velocity", "torque") if role in log.series]:
+        with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
+            kept = bridged(log.time, find_spikes(log, role))
         if kept:
             left = np.zeros(log.time.size, dtype=np.bool_)
             for start, stop in kept:
@@ -45,7 +43,7 @@ def without_spikes(log: Log) -> tuple[Log, list[str]]:
             first = kept[0][0]
             said.append(
                 f"{counted(int(left.sum()), 'row')} left out: the {role} is far off there, and back within {WIDEST} "
-                f"rows, first at {log.time[first]:.6g} s, where it is {series[first]:.3g}"
+                f"rows, first at {log.time[first]:.6g} s, where it is {log.series[role][first]:.3g}"
             )
             log = log.part(~left)
     return log, said
@@ -53,42 +51,39 @@ def without_spikes(log: Log) -> tuple[Log, list[str]]:
 
 def find_spikes(log: Log, role: str) -> NDArray[np.bool_]:
     """Return the rows in which the position, velocity or torque of a log is far off for one to three rows."""
-    values: Array = getattr(log, role)
+    values = log.series[role]
     off = np.zeros(values.size, dtype=np.bool_)
-    with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
-        steps = np.diff(values)
-        moved = np.abs(steps)
-        moved = moved[(moved > 0.0) & (moved < np.inf)]
-        if not moved.size:
-            return off
-        limit = FAR * float(np.quantile(moved, USUAL))  # of steps that are not zero: a joint may rest for most of a log
-        low, high = np.quantile(values[np.isfinite(values)], (RAREST, 1.0 - RAREST))
+    steps = steps_of(values)
+    moved = np.abs(steps)
+    moved = moved[(moved > 0.0) & (moved < np.inf)]
+    if not moved.size:
+        return off
+    limit = FAR * float(np.quantile(moved, USUAL))  # of steps that are not zero: a joint may rest for most of a log
+    low, high = np.quantile(values[np.isfinite(values)], (RAREST, 1.0 - RAREST))
+    if role != "position":
+        limit = max(limit, OUTSIDE * (high - low))
+    begin = np.flatnonzero(np.abs(steps) > limit) + 1
+    for width in range(1, WIDEST + 1):
+        first = begin[(begin >= NEAREST) & (begin + width <= values.size - NEAREST)]
+        first = first[_are_off(values, steps, first, width, limit)]
         if role != "position":
-            limit = max(limit, OUTSIDE * (high - low))
-        begin = np.flatnonzero(np.abs(steps) > limit) + 1
-        for width in range(1, WIDEST + 1):
-            first = begin[(begin >= NEAREST) & (begin + width <= values.size - NEAREST)]
-            first = first[_are_off(values, steps, first, width, limit)]
-            if role != "position":
-                inside = values[first[:, np.newaxis] + np.arange(width)]
-                first = first[np.all((inside < low) | (inside > high), axis=1)]
-            if role == "torque":
-                first = first[~_were_felt(log, first, width)]
-            for start in first:
-                if not (off[start - 1] or off[start + width]):  # else what is between two spikes
-                    off[start : start + width] = True
+            inside = values[first[:, np.newaxis] + np.arange(width)]
+            first = first[np.all((inside < low) | (inside > high), axis=1)]
+        if role == "torque":
+            first = first[~_were_felt(log, first, width)]
+        for start in first:
+            if not (off[start - 1] or off[start + width]):  # else what is between two spikes
+                off[start : start + width] = True
     return off
 
 
 def _are_off(values: Array, steps: Array, first: NDArray[np.int64], width: int, limit: float) -> NDArray[np.bool_]:
     """Tell at which of some first rows begin so many that are off, and end."""
-    before, after = first - 1, first + width
-    reach = np.arange(BESIDE)
-    places = np.concatenate([before[:, np.newaxis] - 1 - reach, after[:, np.newaxis] + reach], axis=1)
+    before, reach = first[:, np.newaxis] - 1, np.arange(BESIDE)
+    places = np.concatenate([before - 1 - reach, before + 1 + width + reach], axis=1)
     beside = np.where((places >= 0) & (places < steps.size), steps[np.clip(places, 0, steps.size - 1)], 0.0)
     ahead = np.arange(1, width + 2)
-    lines = values[before][:, np.newaxis] + np.median(beside, axis=1)[:, np.newaxis] * ahead
-    distances = np.abs(values[before[:, np.newaxis] + ahead] - lines)
+    distances = np.abs(values[before + ahead] - values[before] - np.median(beside, axis=1)[:, np.newaxis] * ahead)
     nearest = np.min(distances[:, :-1], axis=1)
     third = np.sort(np.abs(beside), axis=1)[:, -3]  # the two largest may be those of another spike
     is_far = (nearest > np.maximum(limit, FAR * third)) & np.all(np.isfinite(distances), axis=1)

@@ -7,6 +7,7 @@ import re
 import warnings
 from array import array
 from collections.abc import Collection, Iterator
+from contextlib import contextmanager
 from datetime import UTC, date, datetime, time, timedelta
 from itertools import islice
 from pathlib import Path
@@ -23,6 +24,9 @@ MINUS = "\N{MINUS SIGN}"
 COMMENT = "#"
 """What follows it is a comment; the last one before the numbers may be the header."""
 
+LOOKED_AT = 3
+"""Lines, without comments, that tell how a table is written."""
+
 NO_DAY = date(1970, 1, 1)
 """Day of a time that is given without one."""
 
@@ -31,9 +35,6 @@ UNKNOWN = ("", "nan", "-nan", "+nan")
 
 FORTRAN = re.compile(r"([-+]?(?:\d+\.?\d*|\.\d+))[dD]([-+]?\d+)")
 """A number as Fortran writes one of double precision: 1.0D+02."""
-
-NO_TEXT = "cannot be read: it is no text in UTF-8; save it as such"
-"""What is said of a table that is no text."""
 
 
 class Layout(NamedTuple):
@@ -51,11 +52,18 @@ class Layout(NamedTuple):
     is_headed: bool = False
 
 
-def _opened(path: Path) -> TextIO:
-    """Open a text file: UTF-16 where it begins with the mark of that, else UTF-8."""
-    with path.open("rb") as stream:
-        is_wide = stream.read(2) in (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
-    return path.open(newline="", encoding="utf-16" if is_wide else "utf-8-sig")
+@contextmanager
+def reading(path: Path) -> Iterator[None]:
+    """Make an ``InputError`` of one line of whatever goes wrong while a file is read."""
+    try:
+        yield
+    except InputError:
+        raise
+    except UnicodeDecodeError as error:
+        raise InputError(f"{path}: cannot be read: it is no text in UTF-8; save it as such") from error
+    except Exception as error:  # each format has its own kinds of damage
+        reason = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
+        raise InputError(f"{path}: cannot be read: {reason or type(error).__name__}") from error
 
 
 def read_table(path: Path, wanted: Collection[str]) -> tuple[list[str], dict[str, NDArray[np.float64]]]:
@@ -70,12 +78,7 @@ def read_table(path: Path, wanted: Collection[str]) -> tuple[list[str], dict[str
         A name is there twice, a row of numbers has more cells than the header has names, or a quote is not closed.
     """
     layout = _layout(path)
-    names = [name for name in wanted if name in layout.names]
-    places = [_place(path, layout, name) for name in names]
-    if not places:
-        return layout.names, {}
-    table = _read_cells(path, layout, places)
-    return layout.names, {name: table[:, place] for place, name in enumerate(names)}
+    return layout.names, _columns(path, layout, [name for name in wanted if name in layout.names])
 
 
 def table_units(path: Path) -> dict[str, str]:
@@ -92,76 +95,60 @@ def read_complete_table(path: Path, required: list[str], one_of: list[str]) -> d
     InputError
         The file cannot be read, a column is missing, or a cell is not a finite number.
     """
-    try:
+    with reading(path):
         layout = _layout(path, has_header=True)
-        names = layout.names
-        if any(name not in names for name in required) or not any(name in names for name in one_of):
+        if not (set(required) <= set(layout.names) and set(one_of) & set(layout.names)):
+            shown = " ".join(", ".join(layout.names).split())
             need = f"{', '.join(required)} and {' or '.join(one_of)}"
-            shown = " ".join(", ".join(names).split())
             raise InputError(f"{path}: the columns are {shown[:80]}; there must be {need}")
-        places = {name: _place(path, layout, name) for name in required + one_of if name in names}
-        table = _read_cells(path, layout, list(places.values()), complete=True)
-    except InputError:
-        raise
-    except UnicodeDecodeError as error:
-        raise InputError(f"{path}: {NO_TEXT}") from error
-    except (OSError, csv.Error, ValueError) as error:
-        reason = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
-        raise InputError(f"{path}: cannot be read: {reason}") from error
-    return {name: table[:, place] for place, name in enumerate(places)}
+        there = [name for name in required + one_of if name in layout.names]
+        return _columns(path, layout, there, complete=True)
 
 
-def _place(path: Path, layout: Layout, name: str) -> int:
-    if layout.names.count(name) > 1:
-        raise InputError(f"{path}: there are {layout.names.count(name)} columns {name}; there must be one")
-    return layout.names.index(name)
+def _opened(path: Path) -> TextIO:
+    """Open a text file: UTF-16 where it begins with the mark of that, else UTF-8."""
+    with path.open("rb") as stream:
+        is_wide = stream.read(2) in (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
+    return path.open(newline="", encoding="utf-16" if is_wide else "utf-8-sig")
 
 
 def _layout(path: Path, *, has_header: bool = False) -> Layout:
     """Look at the first lines of a file; where it need not have a header, a first line of numbers is none."""
-    last_comment, number, header = "", 0, ""
-    lines: list[str] = []
-    ends: list[int] = []  # lines of the file until the end of each
+    comment, open_line = "", ""
+    lines: list[tuple[str, int]] = []  # with the lines of the file until the end of each
     with _opened(path) as stream:
         for number, line in enumerate(stream, 1):
-            if header or (line.strip() and not line.lstrip().startswith(COMMENT)):
-                if len(lines) == 3:
-                    break
-                header += line
-                if lines or header.count('"') % 2 == 0:  # else a quoted name goes on in the next line
-                    lines.append(header)
-                    ends.append(number)
-                    header = ""
-            elif not lines:
-                last_comment = line.strip().lstrip(COMMENT).strip() or last_comment
-    if header:
-        lines.append(header)
-        ends.append(number)
-    if not lines or not any(cell.strip() for cell in _cells(lines[0], _separator(lines[0]))):
+            if not open_line and (not line.strip() or line.lstrip().startswith(COMMENT)):
+                comment = comment if lines else line.strip().lstrip(COMMENT).strip() or comment
+                continue
+            if len(lines) == LOOKED_AT:
+                break
+            open_line += line
+            if lines or open_line.count('"') % 2 == 0:  # else a quoted name goes on in the next line
+                lines.append((open_line, number))
+                open_line = ""
+    if open_line:
+        lines.append((open_line, number))
+    separator = _separator(lines[0][0]) if lines else ""
+    first, *rows = [[cell.strip() for cell in _cells(line, separator)] for line, _ in lines] or [[]]
+    if not any(first):
         raise InputError(f"{path}: the file is empty; it must have a header line and rows of numbers")
-    separator = _separator(lines[0])
-    first, *rows = ([cell.strip() for cell in _cells(line, separator)] for line in lines)
     longest = max(map(len, first))
     if longest > csv.field_size_limit():
         raise InputError(f"{path}: cannot be read: a name of {longest} characters is none of a column")
     comma = separator != "," and any(_is_comma_number(cell) for row in rows for cell in row)
-    if has_header or not all(math.isfinite(_number(cell, comma)) for cell in first):
-        units = tuple(rows[0]) if not has_header and _are_units(rows, comma) else ()
-        return Layout(first, separator, comma, ends[1] if units else ends[0], units, is_headed=True)
-    names = [cell.strip() for cell in _cells(last_comment, _separator(last_comment))]
-    if len(names) != len(first):
-        names = [str(place) for place in range(len(first))]
-    return Layout(names, separator, comma, ends[0] - 1)
+    if has_header or not all(_is_number(cell, comma) for cell in first):
+        has_units = not has_header and _are_units(rows, comma)
+        return Layout(first, separator, comma, lines[has_units][1], tuple(rows[0]) if has_units else (), is_headed=True)
+    names = [cell.strip() for cell in _cells(comment, _separator(comment))]
+    names = names if len(names) == len(first) else [str(place) for place in range(len(first))]
+    return Layout(names, separator, comma, lines[0][1] - 1)
 
 
 def _are_units(rows: list[list[str]], comma: bool) -> bool:
     """Tell whether the first of two rows below a header holds words alone, and the second one a number."""
-    if len(rows) < 2:
-        return False
-    words, numbers = (
-        [math.isfinite(_number(cell, comma)) for cell in row if cell.lower() not in UNKNOWN] for row in rows
-    )
-    return bool(words) and not any(words) and any(numbers)
+    known = [[_is_number(cell, comma) for cell in row if cell.lower() not in UNKNOWN] for row in rows]
+    return len(known) == 2 and len(known[0]) > 0 and not any(known[0]) and any(known[1])
 
 
 def _separator(line: str) -> str:
@@ -178,62 +165,69 @@ def _cells(line: str, separator: str) -> list[str]:
     return next(csv.reader(line.splitlines(keepends=True), delimiter=separator), []) if separator else line.split()
 
 
+def _is_number(cell: str, comma: bool) -> bool:
+    return math.isfinite(_number(cell, comma, Clock()))
+
+
 def _is_comma_number(cell: str) -> bool:
-    return cell.count(",") == 1 and "." not in cell and math.isfinite(_number(cell, True))
+    return cell.count(",") == 1 and "." not in cell and _is_number(cell, True)
 
 
 def _is_number_with_comma(cell: str) -> bool:
     """Tell whether a cell is a number, or none, where decimals are written with a comma: 1,5 or 2, but not 1, or ,5."""
-    return cell == "" or (cell[0] != "," != cell[-1] and math.isfinite(_number(cell, True)))
+    return cell == "" or (cell[0] != "," != cell[-1] and _is_number(cell, True))
+
+
+def _columns(
+    path: Path, layout: Layout, wanted: list[str], *, complete: bool = False
+) -> dict[str, NDArray[np.float64]]:
+    """Read some columns cell by cell; where the table must be complete, refuse a cell without a finite number."""
+    for name in wanted:
+        if layout.names.count(name) > 1:
+            raise InputError(f"{path}: there are {layout.names.count(name)} columns {name}; there must be one")
+    places = {name: layout.names.index(name) for name in wanted}
+    values, clock = array("d"), Clock()  # a list of numbers would take eight times the memory
+    words, first = 0, ""
+    with _opened(path) as stream:
+        for number, row in enumerate(
+            _rows(islice(stream, layout.skipped, None), layout.separator) if wanted else (), 1
+        ):
+            if "\n" in "".join(row):
+                line = number + layout.skipped
+                raise InputError(f"{path}: a quote that begins in or after line {line} is not closed in that line")
+            _check_width(path, layout, row, number)
+            if complete and not any(cell.strip() for cell in row):
+                continue
+            for name, place in places.items():
+                cell = row[place] if place < len(row) else ""
+                value = _number(cell, layout.comma, clock)
+                values.append(value)
+                if value - value == 0.0:  # a finite number
+                    continue
+                said = f"{name} = {cell[:40]!r} in row {number}"
+                if complete:
+                    raise InputError(f"{path}: {said} is not allowed: it must be a finite number")
+                if value != value and cell.strip().lower() not in UNKNOWN:
+                    words += 1
+                    first = first or said
+    if words:
+        others = f" (and so {counted(words - 1, 'other cell')})" if words > 1 else ""
+        warnings.warn(f"{path}: {first} is no number{others}; such samples are left out", stacklevel=2)
+    table = np.frombuffer(values, dtype=np.float64).reshape(-1, max(1, len(places))).copy()
+    return {name: table[:, column] for column, name in enumerate(places)}
 
 
 def _check_width(path: Path, layout: Layout, row: list[str], number: int) -> None:
     """Refuse a row with a number and a cell beyond those of the header; a last line of words is none."""
-    if not layout.is_headed or not any(cell.strip() for cell in row[len(layout.names) :]):
+    if not layout.is_headed or len(row) <= len(layout.names):
         return
-    if any(math.isfinite(_number(cell, layout.comma)) for cell in row):
-        width = max(place for place, cell in enumerate(row, 1) if cell.strip())
+    width = max((place for place, cell in enumerate(row, 1) if cell.strip()), default=0)
+    if width > len(layout.names) and any(_is_number(cell, layout.comma) for cell in row):
         raise InputError(
             f"{path}: the header has {counted(len(layout.names), 'name')}, but row {number} has {width} cells: a "
             "column has no name (of numbers of rows, say), or commas stand for decimal points and between columns as "
             "well"
         )
-
-
-def _read_cells(path: Path, layout: Layout, places: list[int], *, complete: bool = False) -> NDArray[np.float64]:
-    """Read some columns cell by cell; where the table must be complete, refuse a cell without a finite number."""
-    values, clock = array("d"), Clock()  # a list of numbers would take eight times the memory
-    words, first, width = 0, "", len(layout.names)
-    with _opened(path) as stream:
-        for number, row in enumerate(_rows(islice(stream, layout.skipped, None), layout.separator), 1):
-            if "\n" in "".join(row):
-                line = number + layout.skipped
-                raise InputError(f"{path}: a quote that begins in or after line {line} is not closed in that line")
-            if len(row) > width:
-                _check_width(path, layout, row, number)
-            if complete and not any(cell.strip() for cell in row):
-                continue
-            for place in places:
-                cell = row[place] if place < len(row) else ""
-                try:
-                    value = math.nan if "_" in cell else float(cell)
-                except ValueError:
-                    value = _number(cell, layout.comma, clock)
-                values.append(value)
-                if value - value == 0.0:  # a finite number
-                    continue
-                if complete:
-                    raise InputError(
-                        f"{path}: {layout.names[place]} = {cell[:40]!r} in row {number} is not allowed: it must be a "
-                        "finite number"
-                    )
-                if value != value and cell.strip().lower() not in UNKNOWN:
-                    words += 1
-                    first = first or f"{layout.names[place]} = {cell[:40]!r} in row {number}"
-    if words:
-        others = f" (and so {counted(words - 1, 'other cell')})" if words > 1 else ""
-        warnings.warn(f"{path}: {first} is no number{others}; such samples are left out", stacklevel=2)
-    return np.frombuffer(values, dtype=np.float64).reshape(-1, len(places)).copy()
 
 
 def _rows(stream: Iterator[str], separator: str) -> Iterator[list[str]]:
@@ -242,20 +236,20 @@ def _rows(stream: Iterator[str], separator: str) -> Iterator[list[str]]:
     return csv.reader(lines, delimiter=separator) if separator else (line.split() for line in lines)
 
 
-def _number(cell: str, comma: bool, clock: "Clock | None" = None) -> float:
+def _number(cell: str, comma: bool, clock: "Clock") -> float:
     """Return a cell as a number, an ISO time, with its day or without, as seconds of a clock, and all else as NaN."""
-    text = cell.replace(MINUS, "-")
-    text = text.replace(",", ".") if comma else text
     try:
-        return math.nan if "_" in text else float(text)
+        return math.nan if "_" in cell else float(cell)
     except ValueError:
         pass
-    if fortran := FORTRAN.fullmatch(text.strip()):
-        return float("e".join(fortran.groups()))
-    try:
-        return (clock or Clock()).seconds(cell.strip())
-    except ValueError:
-        return math.nan
+    text = cell.strip().replace(MINUS, "-")
+    text = FORTRAN.sub(r"\1e\2", text.replace(",", ".") if comma else text)
+    for read in (float, clock.seconds):
+        try:
+            return read(text if read is float else cell.strip())
+        except ValueError:
+            pass
+    return math.nan
 
 
 class Clock:
