@@ -15,7 +15,8 @@ from adaptive_ff.friction.model import (
     WITH_OFFSET,
     TorqueModel,
 )
-from adaptive_ff.identify.result import ASYMMETRY, IdentifiedJoint, Parameter
+from adaptive_ff.identify.result import ASYMMETRY, IdentifiedJoint
+from adaptive_ff.identify.selection import Parameter
 from controllers.checks import check_numbers
 
 REPORTED_AS = dict(zip(GRAVITY, ("gravity_sine", "gravity_cosine"), strict=True))

@@ -9,7 +9,7 @@ import numpy as np
 
 from adaptive_ff.identify.columns import Map, static_friction
 from adaptive_ff.identify.motion import Array, Rows
-from adaptive_ff.identify.selection import Data, Model
+from adaptive_ff.identify.selection import Data, Fit, Parameter
 from adaptive_ff.identify.units import unit_of
 from adaptive_ff.logs.defects import Skipped
 from adaptive_ff.reported import Reported
@@ -28,44 +28,6 @@ NEEDED = ("inertia", "coulomb", "viscous")
 
 BEND = ("stribeck_velocity",)
 """What the fall of friction from standstill adds."""
-
-
-class Parameter(NamedTuple):
-    """A parameter with its interval."""
-
-    value: float
-    lower: float
-    upper: float
-
-    @property
-    def half_width(self) -> float:
-        """Half width of the interval over the value."""
-        return 0.5 * (self.upper - self.lower) / abs(self.value) if self.value else math.inf
-
-
-class Fit(NamedTuple):
-    """A fitted model.
-
-    Attributes
-    ----------
-    model : Model
-        Its terms and shape.
-    values, lower, upper : dict of float
-        Estimates and ends of their intervals by name.
-    left : float
-        What it leaves of the torque of folds that were left out of the fit, rms over rms.
-    """
-
-    model: Model
-    values: dict[str, float]
-    lower: dict[str, float]
-    upper: dict[str, float]
-    left: float
-
-    @property
-    def parameters(self) -> dict[str, Parameter]:
-        """Parameters with their intervals by name."""
-        return {name: Parameter(value, self.lower[name], self.upper[name]) for name, value in self.values.items()}
 
 
 class Recording(NamedTuple):

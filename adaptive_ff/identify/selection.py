@@ -61,28 +61,42 @@ class Model(NamedTuple):
     shape: Shape = Shape()
 
 
-class Fitted(NamedTuple):
-    """A model with estimates, ends of their intervals by name, and mean square errors of folds that were left out."""
+class Parameter(NamedTuple):
+    """A parameter with its interval."""
+
+    value: float
+    lower: float
+    upper: float
+
+    @property
+    def half_width(self) -> float:
+        """Half width of the interval over the value."""
+        return 0.5 * (self.upper - self.lower) / abs(self.value) if self.value else math.inf
+
+
+class Fit(NamedTuple):
+    """A fitted model with its parameters, and what it leaves of folds that were left out of the fit, rms over rms."""
 
     model: Model
-    values: dict[str, float]
-    lower: dict[str, float]
-    upper: dict[str, float]
-    errors: Array
+    parameters: dict[str, Parameter]
+    left: float
+
+    @property
+    def values(self) -> dict[str, float]:
+        """Estimates by name."""
+        return {name: one.value for name, one in self.parameters.items()}
 
 
 class Selection(NamedTuple):
     """The textbook's model, that with the refinements that were taken, and what each textbook column has of its own.
 
-    The tolerance is the fraction of a column that the others do not explain, gravity's among them on a rotary axis;
-    ``narrowed_by`` is what :func:`narrowing_motion` returns.
+    The tolerance is the fraction of a column that the others do not explain, gravity's among them on a rotary axis.
     """
 
-    textbook: Fitted
-    refined: Fitted | None
+    textbook: Fit
+    refined: Fit | None
     taken: tuple[str, ...]
     tolerance: dict[str, float]
-    narrowed_by: dict[str, tuple[str, float]]
 
 
 class Data(NamedTuple):
@@ -189,30 +203,8 @@ def select(data: Data, terms: tuple[str, ...], confidence: float, *, weight: boo
     refined = None
     if taken:
         models.append(_estimated(data, _polished(data, model), errors))
-        refined = _refined(models[-1], before, confidence)
-    narrowed_by = narrowing_motion(data, base)
-    return Selection(_averaged(data, models, confidence), refined, tuple(taken), tolerance, narrowed_by)
-
-
-def narrowing_motion(data: Data, model: Model) -> dict[str, tuple[str, float]]:
-    """Return which motion would narrow each estimate most: ``speed`` or ``acceleration``, and over the usual one.
-
-    A further row ``x`` takes ``(x' M^-1 e)^2`` off the variance of an estimate, to first order, with ``M`` the normal
-    matrix and ``e`` the estimate's unit vector (G. Elfving 1952). Rows weighted by that are faster or slower, and more
-    or less accelerated, than all rows; the larger ratio, or its inverse, counts.
-    """
-    columns = data.columns(*model)
-    gain = np.linalg.lstsq(columns.T @ columns, columns.T)[0] ** 2
-    speed = data.prepared.velocity
-    motions = {"speed": speed, "acceleration": data.columns(("inertia",), Shape())[:, 0]}
-    found = {}
-    for name, weights in zip(model.names, gain, strict=True):
-        ratios = {
-            kind: math.sqrt(float(np.average(values**2, weights=weights) / np.mean(values**2)))
-            for kind, values in motions.items()
-        }
-        found[name] = max(ratios.items(), key=lambda item: abs(math.log(max(item[1], 1e-9))))
-    return found
+        refined = _refined(data, models[-1], before, confidence)
+    return Selection(_averaged(data, models, confidence), refined, tuple(taken), tolerance)
 
 
 COLLINEAR = 1e-3
@@ -291,7 +283,7 @@ def _estimated(data: Data, model: Model, errors: Array) -> _Estimated:
     return _Estimated(model, errors, bent, values, spread(own) + _timing(data, folds, own), moved**2 / 3.0)
 
 
-def _refined(one: _Estimated, before: dict[str, Array], confidence: float) -> Fitted:
+def _refined(data: Data, one: _Estimated, before: dict[str, Array], confidence: float) -> Fit:
     """Return a model with the intervals of its estimates.
 
     ``before`` holds the errors without each number of the shape; zero is in its interval as long as the model without
@@ -299,17 +291,16 @@ def _refined(one: _Estimated, before: dict[str, Array], confidence: float) -> Fi
     """
     names, size = one.model.names, len(one.model.names)
     half = quantile(one.errors.size, confidence) * np.sqrt(np.diag(one.covariance) + one.narrowed)
-    found = _with_intervals(one, names, one.values[:size], half[:size])
-    for name, value, error in zip(one.slopes, np.exp(one.values[size:]), half[size:], strict=True):
+    found = _with_intervals(data, one, names, one.values[:size], half[:size])
+    for name, value, error in zip(one.slopes, np.exp(one.values[size:]).tolist(), half[size:], strict=True):
         factor = math.exp(min(float(error), 20.0))
         without = _weight(before[name], one.errors)
         low = 0.0 if without / (1.0 + without) > 0.5 * (1.0 - confidence) else value / factor
-        for ends, end in ((found.values, value), (found.lower, low), (found.upper, value * factor)):
-            ends[name] = float(end)
+        found.parameters[name] = Parameter(value, low, value * factor)
     return found
 
 
-def _averaged(data: Data, models: list[_Estimated], confidence: float) -> Fitted:
+def _averaged(data: Data, models: list[_Estimated], confidence: float) -> Fit:
     """Return the textbook's model, the first, with its parameters averaged over models (J. Hoeting 1999).
 
     Each model counts by how it validates. Coulomb and viscous friction and offset of a richer one are those of the line
@@ -329,13 +320,14 @@ def _averaged(data: Data, models: list[_Estimated], confidence: float) -> Fitted
     mean = weights @ each
     within = np.array([np.diag(own @ one.covariance @ own.T) for own, one in zip(maps, models, strict=True)])
     half = quantile(best.size, confidence) * np.sqrt(models[0].narrowed + weights @ (within + (each - mean) ** 2))
-    return _with_intervals(models[0], names, mean, half)
+    return _with_intervals(data, models[0], names, mean, half)
 
 
-def _with_intervals(one: _Estimated, names: tuple[str, ...], values: Array, half: Array) -> Fitted:
-    ends = bounded(names, values), bounded(names, values - half), values + half
-    value, lower, upper = (dict(zip(names, end.tolist(), strict=True)) for end in ends)
-    return Fitted(one.model, value, lower, upper, one.errors)
+def _with_intervals(data: Data, one: _Estimated, names: tuple[str, ...], values: Array, half: Array) -> Fit:
+    ends = [bounded(names, end).tolist() for end in (values, values - half)]
+    parameters = map(Parameter, *ends, (values + half).tolist())
+    left = math.sqrt(float(np.mean(one.errors)) / float(np.mean(data.prepared.torque**2)))
+    return Fit(one.model, dict(zip(names, parameters, strict=True)), left)
 
 
 def _textbook_of(data: Data, names: tuple[str, ...], one: _Estimated) -> Array:

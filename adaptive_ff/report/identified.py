@@ -3,8 +3,9 @@
 import shlex
 
 from adaptive_ff.identify.identification import SAYS, LogIdentification
-from adaptive_ff.identify.result import CARE, GOOD, LEFT, WIDE, Parameter
+from adaptive_ff.identify.result import CARE, GOOD, LEFT, WIDE
 from adaptive_ff.identify.score import Score
+from adaptive_ff.identify.selection import Parameter
 from adaptive_ff.identify.units import unit_of
 from adaptive_ff.report.table import Cell, Table, table
 from adaptive_ff.report.verdicts import parameters_line
