@@ -135,7 +135,7 @@ class GearFields(FrictionFields):
     inertia : float
         Inertia of motor and link together, kg m^2: what slow motion needs, as for the other kinds.
     link_share : float
-        OpenFraction of the inertia that is beyond the spring, between 0 and 1. The antiresonance is at
+        Fraction of the inertia that is beyond the spring, between 0 and 1. The antiresonance is at
         ``sqrt(k/(a J))``, the resonance at ``sqrt(k/(a (1 - a) J))`` rad/s.
     link_stiffness : float
         Stiffness ``k`` of the spring between motor and link, N m/rad, positive.
