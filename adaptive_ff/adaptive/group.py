@@ -4,7 +4,8 @@ import copy
 import json
 import math
 import tomllib
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from types import NoneType
 from typing import TYPE_CHECKING, Any, Self
@@ -12,13 +13,12 @@ from typing import TYPE_CHECKING, Any, Self
 import numpy as np
 
 from adaptive_ff.adaptive.controller import AdaptiveController
-from adaptive_ff.adaptive.extensions.chain import JointRegressors, carried_links, link_angles, regressor_count
+from adaptive_ff.adaptive.extensions.chain import JointRegressors
+from adaptive_ff.adaptive.extensions.joints import checked_column, joints_of_table, named
 from adaptive_ff.errors import check_kind, checked_path, read_text
-from adaptive_ff.friction.model import IDENTIFIED
 from controllers import Controller, Inputs, Output
 from controllers.arguments import COMMANDED, MEASURED, PREVIEW, RULES, UNKNOWN
 from controllers.arrays import ArrayLike, NDArray
-from controllers.checks import checked_array
 from controllers.native import declined, fast_step
 
 if TYPE_CHECKING:
@@ -32,9 +32,6 @@ COLUMNS = Inputs._fields
 
 OPTIONAL = (*(name for name in COLUMNS if name not in ("reference", "velocity", "dt")), "regressors")
 """Inputs that a step may do without."""
-
-INSTEAD = {"parameters": "it is named by identify", "period": "all joints have that of the group"}
-"""Arguments of a controller that a table of a joint must not hold, and what stands in their place."""
 
 MAY_BE_UNKNOWN = tuple(name for name, rule in RULES.items() if rule in (MEASURED, PREVIEW, UNKNOWN))
 """Inputs that need not be finite, joint by joint: then they are not known."""
@@ -88,7 +85,7 @@ class JointGroup:
         if not joints:
             raise ValueError("joints = {} is not allowed: there must be one at least")
         self.joints = dict(joints)
-        self._controllers = tuple(self.joints.values())
+        self._names, self._controllers = tuple(self.joints), tuple(self.joints.values())
         for name, controller in self.joints.items():
             check_kind(name, controller, AdaptiveController, "an AdaptiveController")
         if len({id(controller) for controller in self._controllers}) < len(self._controllers):
@@ -125,41 +122,7 @@ class JointGroup:
         TypeError
             It is no table.
         """
-        check_kind("table", table, Mapping, "a table with period and joints; from_toml(path) reads a file")
-        unknown = set(table) - {"period", "joints"}
-        if unknown:
-            raise ValueError(f"{min(unknown)} is not allowed: a group has period and joints")
-        for name in ("period", "joints"):
-            if name not in table:
-                raise ValueError(f"{name} is missing: a group has period and joints")
-        if not isinstance(table["joints"], Mapping):
-            raise ValueError(f"joints = {table['joints']!r} is not allowed: it must be a table for each joint")
-        for name, entry in table["joints"].items():
-            if not isinstance(entry, Mapping):
-                raise ValueError(f"{name} = {entry!r} is not allowed: it must be a table of settings")
-        entries = {name: dict(entry) for name, entry in table["joints"].items()}
-        coupled = any("preceding" in entry for entry in entries.values())
-        preceding = {name: entry.pop("preceding", ()) for name, entry in entries.items()}
-        angles = link_angles(tuple(entries), preceding)
-        joints = {}
-        for place, (name, entry) in enumerate(entries.items()):
-            identify = entry.pop("identify", "gravity")
-            if not isinstance(identify, str) or identify not in IDENTIFIED:
-                raise ValueError(
-                    f"{name}.identify = {identify!r} is not allowed: it must be one of {', '.join(IDENTIFIED)}"
-                )
-            for key, instead in INSTEAD.items():
-                if key in entry:
-                    raise ValueError(f"{name}.{key} is not allowed: {instead}")
-            formed = 2 * carried_links(angles, place).size
-            try:
-                if coupled:
-                    entry["regressors"] = regressor_count(name, formed, entry.get("regressors", 0))
-                joints[name] = AdaptiveController(period=table["period"], parameters=IDENTIFIED[identify], **entry)
-            except (TypeError, ValueError) as error:
-                text = str(error).replace("AdaptiveController.__init__() ", "")
-                raise ValueError(text if text.startswith(f"{name}.") else f"{name}: {text}") from error
-        return cls(joints, preceding if coupled else None)
+        return cls(*joints_of_table(table))
 
     @classmethod
     def from_toml(cls, path: str | Path) -> Self:
@@ -266,40 +229,13 @@ class JointGroup:
         rows = np.full((torques.size, len(COLUMNS)), math.nan)
         for place, (name, values) in enumerate(zip(COLUMNS, columns, strict=True)):
             if values is not None or RULES[name] in (COMMANDED, MEASURED):
-                rows[:, place] = self._checked(name, values, name in MAY_BE_UNKNOWN)
+                rows[:, place] = checked_column(self._names, name, values, name in MAY_BE_UNKNOWN)
             elif name == "dt":
                 rows[:, place] = self.period
         self._regressors.place(rows[:, COLUMNS.index("position")], self._regressors.checked(regressors))
         for place, (controller, row) in enumerate(zip(self._controllers, rows.tolist(), strict=True)):
             torques[place] = controller._run(*row)
         return torques
-
-    def _checked(self, name: str, values: ArrayLike, may_be_unknown: bool) -> Array:
-        array = self._shaped(name, values)
-        if may_be_unknown:
-            return array
-        numbers = array.ravel().tolist()
-        positive = name in ("inertia", "dt")
-        if not (all(map(math.isfinite, numbers)) and (not positive or min(numbers) > 0.0)):
-            allowed = [math.isfinite(number) and (number > 0.0 or not positive) for number in numbers]
-            place = allowed.index(False)
-            limits = "positive and finite" if positive else "a finite number"
-            where = f"{name} of {list(self.joints)[place]}"
-            raise ValueError(f"{where} = {numbers[place]} is not allowed: it must be {limits}")
-        return array
-
-    def _shaped(self, name: str, values: ArrayLike) -> Array:
-        try:
-            array = checked_array(name, values)
-        except TypeError as error:
-            raise ValueError(
-                f"{name} = {values!r} is not allowed: it must be {len(self._controllers)} numbers"
-            ) from error
-        if name == "dt" and array.shape:
-            raise ValueError(f"dt has shape {array.shape}; it must be one number for all joints")
-        if array.shape not in ((), (len(self._controllers),)):
-            raise ValueError(f"{name} has shape {array.shape}; it must be ({len(self._controllers)},)")
-        return array
 
     @property
     def estimates(self) -> dict[str, dict[str, float]]:
@@ -351,14 +287,23 @@ class JointGroup:
         columns = {}
         for name, value in {"torque": torque, "reference": reference, "velocity": velocity, **known}.items():
             may_be_unknown = name in MAY_BE_UNKNOWN and name != "velocity"
-            columns[name] = np.broadcast_to(self._checked(name, value, may_be_unknown), count)
+            columns[name] = np.broadcast_to(checked_column(self._names, name, value, may_be_unknown), count)
         columns["position"] = np.array(columns.get("position", np.full(count, math.nan)))
+        with self._all_or_none():
+            self._regressors.place(columns["position"], further)
+            for place, (name, controller) in enumerate(self.joints.items()):
+                row = {key: float(column[place]) for key, column in columns.items()}
+                with named(name):
+                    controller.take_over(
+                        **{k: v for k, v in row.items() if math.isfinite(v) or k not in MAY_BE_UNKNOWN}
+                    )
+
+    @contextmanager
+    def _all_or_none(self) -> Iterator[None]:
+        """Give all joints their states back, regressors too, where one refuses."""
         before = [copy.deepcopy(controller.state) for controller in self._controllers]
-        self._regressors.place(columns["position"], further)
         try:
-            for place, (joint, controller) in enumerate(self.joints.items()):
-                row = {name: float(column[place]) for name, column in columns.items()}
-                _take_over(joint, controller, {name: value for name, value in row.items() if _is_given(name, value)})
+            yield
         except ValueError:
             for controller, state in zip(self._controllers, before, strict=True):
                 controller.state = state
@@ -422,23 +367,15 @@ class JointGroup:
         try:
             saved = dict(json.loads(text)["group"])
             names = list(saved)
-        except KeyError as error:
-            raise ValueError(f"text = {str(text)[:40]!r} is no saved state of a group: {error} is missing") from error
-        except (ValueError, TypeError, RecursionError) as error:
-            raise ValueError(f"text = {str(text)[:40]!r} is no saved state of a group: {error}") from error
+        except (KeyError, ValueError, TypeError, RecursionError) as error:
+            why = f"{error} is missing" if isinstance(error, KeyError) else error
+            raise ValueError(f"text = {str(text)[:40]!r} is no saved state of a group: {why}") from error
         if names != list(self.joints):
             raise ValueError(f"joints = {names} is not allowed: this group has {list(self.joints)}")
-        before = [controller.state for controller in self._controllers]
-        try:
+        with self._all_or_none():
             for name, controller in self.joints.items():
-                try:
+                with named(name):
                     controller.state_from_json(json.dumps(saved[name]))
-                except ValueError as error:
-                    raise ValueError(f"{name}: {error}") from error
-        except ValueError:
-            for controller, state in zip(self._controllers, before, strict=True):
-                controller.state = state
-            raise
 
     def run_uncompiled(self) -> Self:
         """Make all joints step in plain Python, for debugging; returns itself."""
@@ -452,14 +389,3 @@ def _read_only(flags: list[bool]) -> Flags:
     array = np.array(flags)
     array.flags.writeable = False
     return array
-
-
-def _is_given(name: str, value: float) -> bool:
-    return math.isfinite(value) or name not in MAY_BE_UNKNOWN
-
-
-def _take_over(joint: str, controller: AdaptiveController, given: Mapping[str, float]) -> None:
-    try:
-        controller.take_over(**given)
-    except ValueError as error:
-        raise ValueError(f"{joint}: {error}") from error
