@@ -238,45 +238,33 @@ def loop_gains(joint: DrawnJoint, loop: DrawnLoop) -> tuple[float, float, float]
     return design.proportional, design.integral, loop.period
 
 
-def known_of(joint: DrawnJoint, loop: DrawnLoop) -> dict[str, float]:
-    """Return what is given to the adaptive controller of a joint and its loop, beside its gains."""
-    return {
-        "inertia": loop.inertia_error * joint.inertia,
-        "stribeck_velocity": 2.0 * joint.stribeck_velocity,
-        "velocity_lag": loop.velocity_lag if loop.tells_lag else 0.0,
-        "delay": float(loop.delay),
-    }
+def made(name: str, joint: DrawnJoint, loop: DrawnLoop, **options: Any) -> Any:
+    """Make a controller for a joint and its loop; the options are those of an adaptive one."""
+    gains, inertia = loop_gains(joint, loop), loop.inertia_error * joint.inertia
+    if name == "pi":
+        return PI(*gains)
+    if name == "disturbance_observer":
+        return DisturbanceObserver(*gains, inertia=inertia, bandwidth=min(loop.bandwidth, OBSERVER), delay=loop.delay)
+    lag, assumed = loop.velocity_lag if loop.tells_lag else 0.0, 2.0 * joint.stribeck_velocity
+    known = {"inertia": inertia, "stribeck_velocity": assumed, "velocity_lag": lag, "delay": float(loop.delay)}
+    return controller_class(name)(*gains, **known, **options)
+
+
+def figures_on(
+    joint: DrawnJoint, loop: DrawnLoop, plan: Array, seed: int, controllers: list[str], **options: Any
+) -> Found:
+    """Return the figures of controllers on a joint; with options of the adaptive ones they are given the position."""
+    errors = {}
+    for name in dict.fromkeys(["pi", *controllers]):
+        run = drive(made(name, joint, loop, **options), joint, loop, plan, seed, tells_position=bool(options))
+        errors[name] = tracking_errors(np.square(run.errors), loop.period)
+    return dict(figures_of(errors))
 
 
 def run_joint(seed: int, controllers: list[str]) -> Found:
     """Drive the joint of a seed; its row says what the controller is not given, or how fine its encoder is."""
     joint, loop, plan = draw(seed)
-    return {"": {"row": row_of(loop, plan)}, **driven(joint, loop, plan, seed, controllers)}
-
-
-def driven(joint: DrawnJoint, loop: DrawnLoop, plan: Array, seed: int, controllers: list[str]) -> Found:
-    """Return the figures of controllers on a joint."""
-    runs = {
-        name: drive(made(name, joint, loop), joint, loop, plan, seed) for name in dict.fromkeys(["pi", *controllers])
-    }
-    return _figures(runs, loop)
-
-
-def _figures(runs: dict[str, Driven], loop: DrawnLoop) -> Found:
-    errors = {name: tracking_errors(np.square(run.errors), loop.period) for name, run in runs.items()}
-    return dict(figures_of(errors))
-
-
-def made(name: str, joint: DrawnJoint, loop: DrawnLoop, **options: Any) -> Any:
-    """Make a controller for a joint and its loop."""
-    gains = loop_gains(joint, loop)
-    if name == "pi":
-        return PI(*gains)
-    given = known_of(joint, loop)
-    if name == "disturbance_observer":
-        bandwidth = min(loop.bandwidth, OBSERVER)
-        return DisturbanceObserver(*gains, inertia=given["inertia"], bandwidth=bandwidth, delay=given["delay"])
-    return controller_class(name)(*gains, **given, **options)
+    return {"": {"row": row_of(loop, plan)}, **figures_on(joint, loop, plan, seed, controllers)}
 
 
 def row_of(loop: DrawnLoop, plan: Array) -> str:
@@ -300,21 +288,18 @@ COUNTS = (0.1, 0.3, 1.0, 3.0, 10.0)  # encoder counts in a sampling period at th
 ENCODERS = {"encoder": "differenced", "low-passed encoder": "low-passed"}
 
 
-def run_coarse(seed: int, sensor: str, counts: float, controllers: list[str]) -> Found:
+def run_coarse(sensor: str, counts: float, seed: int, controllers: list[str]) -> Found:
     """Drive the joint of a seed with an encoder of few counts."""
     joint, loop, plan = draw(seed)
-    resolution = float(np.abs(plan).max()) * loop.period / counts
-    coarse = loop._replace(sensor=sensor, resolution=resolution)
+    coarse = loop._replace(sensor=sensor, resolution=float(np.abs(plan).max()) * loop.period / counts)
     row = f"{counts:g} counts, {ENCODERS[sensor]}"
-    return {"": {"row": row}, **driven(joint, coarse, plan, seed, controllers)}
+    return {"": {"row": row}, **figures_on(joint, coarse, plan, seed, controllers)}
 
 
 def coarse_encoders(count: int, first: int = 1) -> list[Case]:
     """Return the same joints with encoders of few counts."""
-    return [
-        Case(f"{sensor}, {counts:g}/{seed}", seed, partial(run_coarse, seed, sensor, counts))
-        for sensor, counts, seed in itertools.product(ENCODERS, COUNTS, range(first, first + count))
-    ]
+    rows = itertools.product(ENCODERS, COUNTS)
+    return seeded(run_coarse, ((f"{sensor}, {counts:g}", (sensor, counts)) for sensor, counts in rows), count, first)
 
 
 FRACTIONS = (0.0, 0.1, 0.3, 0.6)  # amplitude of the cogging of drawn joints, over their Coulomb friction
@@ -330,12 +315,8 @@ def run_cogged(seed: int, fraction: float, given: bool, controllers: list[str]) 
     joint, loop, plan = draw(seed)
     cogged = joint._replace(cogging=fraction * joint.coulomb)
     options = {"parameters": WITH_OFFSET, "ripple_periods": [2.0 * math.pi / joint.poles] if given else []}
-    runs = {}
-    for name in dict.fromkeys(["pi", *controllers]):
-        one = made(name, cogged, loop, **(options if name not in ("pi", "disturbance_observer") else {}))
-        runs[name] = drive(one, cogged, loop, plan, seed, tells_position=True)
     row = f"{fraction:g} of Fc, period {'given' if given else 'unspecified'}"
-    return {"": {"row": row}, **_figures(runs, loop)}
+    return {"": {"row": row}, **figures_on(cogged, loop, plan, seed, controllers, **options)}
 
 
 def cogging(count: int, first: int = 1) -> list[Case]:

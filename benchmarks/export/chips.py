@@ -5,15 +5,23 @@ instructions; RISC-V counts them itself. Neither knows caches and wait states: t
 cycles. The stack is what has been overwritten of a pattern.
 """
 
+import re
 import shutil
+from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
 from adaptive_ff import load_scenario
 from adaptive_ff.comparison.registry import make_controller
-from benchmarks.export.project import STRICT, compiled, exported, run
+from benchmarks.export.project import STRICT, exported, run
 
-KINDS = ("pi", "fixed", "adaptive")
+LEARNS_ALL = {  # table ``[adaptation]`` of ``adaptive, all``
+    "identify": "directions_and_gravity",
+    "ripple_periods": [0.02],
+    "position_periods": [0.3],
+    "position_hats": 5,
+    "load_friction": True,
+}
 ARM, RISC = ("arm-none-eabi-gcc", "-mthumb", "-mfloat-abi=hard"), ("riscv64-unknown-elf-gcc", "--specs=picolibc.specs")
 STEPS = 3000
 
@@ -52,11 +60,21 @@ def measured(chip: Chip, kind: str) -> dict[str, float]:
     """Return bytes of code and constants, of the controller, and of the stack of a step, and its most instructions."""
     if not (shutil.which(chip.command[0]) and shutil.which(chip.machine[0])):
         raise ValueError(f"{chip.command[0]} or {chip.machine[0]} is not installed")
-    with exported(make_controller(load_scenario(), kind), single=chip.single) as folder:
-        flash, ram = compiled(folder, chip.command, "-ffunction-sections")
+    name, _, more = kind.partition(", ")
+    scenario = load_scenario().modified(adaptation=LEARNS_ALL) if more else load_scenario()
+    with exported(make_controller(scenario, name), single=chip.single) as folder:
+        (folder / "ram.c").write_text('#include "drive.h"\ndrive_Controller controller;\n')
+        (flash, _), (_, ram) = (_compiled(folder, chip.command, name) for name in ("drive", "ram"))
         version = run(folder, chip.command[0], "-dumpfullversion").strip()
-        figures = {"flash": float(flash), "ram": float(ram), "gcc": float(version.rpartition(".")[0])}
-        return figures | _emulated(chip, folder)
+        return {"flash": flash, "ram": ram, "gcc": float(version.rpartition(".")[0]), **_emulated(chip, folder)}
+
+
+def _compiled(folder: Path, command: Sequence[str], name: str) -> tuple[float, float]:
+    """Compile an object; return the bytes of its code and constants, and of its globals."""
+    run(folder, *command, *STRICT, "-Os", "-ffunction-sections", "-fno-common", "-c", f"{name}.c", "-o", f"{name}.o")
+    printed = run(folder, command[0].replace("gcc", "size"), f"{name}.o")
+    text, data, bss = map(float, re.findall(r"^\s*(\d+)\s+(\d+)\s+(\d+)", printed, re.M)[0])
+    return text, data + bss
 
 
 def _emulated(chip: Chip, folder: Path) -> dict[str, float]:

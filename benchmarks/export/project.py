@@ -2,7 +2,6 @@
 
 import itertools
 import re
-import shutil
 import subprocess
 import sys
 import tempfile
@@ -15,18 +14,18 @@ from typing import Any
 
 from adaptive_ff import AdaptiveController, export_controller, load_scenario
 from adaptive_ff.comparison.registry import CONTROLLERS
-from adaptive_ff.friction.model import ESTIMATED, PER_DIRECTION, PER_DIRECTION_WITH_GRAVITY, WITH_GRAVITY, WITH_OFFSET
+from adaptive_ff.friction.model import ESTIMATED, PER_DIRECTION, WITH_GRAVITY, WITH_OFFSET
 from controllers import PI
 
 SIZES = {"symmetric": ESTIMATED, "offset": WITH_OFFSET, "gravity": WITH_GRAVITY, "directions": PER_DIRECTION}
 STRICT = ("-std=c99", "-ffp-contract=off")
 
 
-def adaptive(size: str, delay: float = 0.0, velocity_lag: float = 0.0, **further: Any) -> AdaptiveController:
+def adaptive(size: str, delay: float = 0.0, velocity_lag: float = 0.0) -> AdaptiveController:
     """Make an adaptive controller for the built-in joint."""
     design = PI.design(inertia=20.0, period=0.01, bandwidth=10.0)
-    settings = {"parameters": SIZES.get(size, PER_DIRECTION_WITH_GRAVITY), "delay": delay, "velocity_lag": velocity_lag}
-    known: dict[str, Any] = {"inertia": 20.0, "stribeck_velocity": 0.05, **settings, **further}
+    given = {"parameters": SIZES[size], "delay": delay, "velocity_lag": velocity_lag}
+    known: dict[str, Any] = {"inertia": 20.0, "stribeck_velocity": 0.05, **given}
     return AdaptiveController(design.proportional, design.integral, 0.01, **known)
 
 
@@ -52,11 +51,6 @@ def zig() -> list[str] | None:
     return [sys.executable, "-m", "ziglang", "cc"] if find_spec("ziglang") else None
 
 
-def compilers() -> list[str]:
-    """Return the compilers of this machine."""
-    return [name for name in ("gcc", "clang") if shutil.which(name)]
-
-
 @contextmanager
 def exported(controller: Any, *, single: bool = False) -> Iterator[Path]:
     """Give the folder of an exported project, whose names begin with ``drive``."""
@@ -77,18 +71,3 @@ def difference(folder: Path, command: Sequence[str], emulator: Sequence[str] = (
     """Return the largest difference of the self-test to the recorded run, over its largest torque."""
     run(folder, *command, *STRICT, "drive.c", "drive_selftest.c", "-o", "selftest", "-lm")
     return float(re.findall(r"difference (\S+)", run(folder, *emulator, "./selftest"))[0])
-
-
-def sections_of(folder: Path, command: Sequence[str], name: str) -> tuple[int, int]:
-    """Return the bytes of code and constants of an object, and of its globals."""
-    printed = run(folder, re.sub("gcc$", "size", command[0]) if "gcc" in command[0] else "size", name)
-    text, data, bss = map(int, re.findall(r"^\s*(\d+)\s+(\d+)\s+(\d+)", printed, re.M)[0])
-    return text, data + bss
-
-
-def compiled(folder: Path, command: Sequence[str], *flags: str) -> tuple[int, int]:
-    """Compile the controller and a variable of it as objects; return bytes of code and constants, and of its state."""
-    run(folder, *command, *STRICT, "-Os", *flags, "-c", "drive.c", "-o", "drive.o")
-    (folder / "ram.c").write_text('#include "drive.h"\ndrive_Controller controller;\n')
-    run(folder, *command, *STRICT, "-Os", "-fno-common", "-c", "ram.c", "-o", "ram.o")
-    return sections_of(folder, command, "drive.o")[0], sections_of(folder, command, "ram.o")[1]

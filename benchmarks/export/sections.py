@@ -1,16 +1,12 @@
-"""What is measured of the exported C, by the name of a section: bits, machines, sizes, time, single precision."""
+"""What is measured of the exported C, by the name of a section: bits, machines, time, single precision."""
 
-import math
 import shutil
-import subprocess
 import tempfile
 import time
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from adaptive_ff import export_controller, load_scenario, run_in_c, simulate
 from adaptive_ff.comparison.registry import make_controller
@@ -18,33 +14,16 @@ from adaptive_ff.export.buffer import state_to_bytes
 from adaptive_ff.scenario.library import SCENARIOS
 from adaptive_ff.simulation.experiment import build_setup
 from benchmarks.cases.reports import Row, limited
-from benchmarks.export.chips import M4, M7
-from benchmarks.export.project import (
-    adaptive,
-    compiled,
-    compilers,
-    difference,
-    exported,
-    run,
-    variants,
-    zig,
-)
-from controllers import compiled as compiled_kernel
-from controllers import planned_inputs, step
+from benchmarks.export.project import adaptive, difference, exported, variants, zig
 
-WARNINGS = ("-Wall", "-Wextra", "-Wconversion", "-Wshadow", "-pedantic", "-Werror")
 CLOSENESS = 1e-11  # largest difference of another machine's torque to Python's, over the largest torque
-ALLOWED = {"exp", "expm1", "log", "pow", "sqrt", "memcpy", "memset"}
+CALLS = 5000
 EMULATED = {
     "x86_64": ("x86_64-linux-musl", ""),
     "aarch64": ("aarch64-linux-musl", "qemu-aarch64"),
     "ARMv7": ("arm-linux-musleabihf", "qemu-arm"),
     "riscv64": ("riscv64-linux-musl", "qemu-riscv64"),
 }
-OBJECTS = {"Cortex-M7, double": M7, "Cortex-M4F, double in software": M4, "Cortex-M4F, single": M4}
-SANITIZERS = ("-O1", "-g", "-fsanitize=address,undefined", "-fno-sanitize-recover=all")
-LARGEST_RATIO = 1.2  # processor time of a step in C over that of the compiled kernels
-STEPS, REPEATS, CALLS = 20_000, 15, 5000
 SHORT = 2.0  # s of a closed loop, or a second after the last change
 
 
@@ -71,24 +50,6 @@ def _spent(controller: Any) -> float:
     return time.process_time() - begin
 
 
-def objects() -> list[Row]:
-    """Compile objects with all warnings, and say whether they need more than mathematics and copying."""
-    rows = []
-    library = ALLOWED | {f"{name}f" for name in ALLOWED}
-    for name, command in OBJECTS.items():
-        if not shutil.which(command[0]):
-            rows.append(Row(f"object for {name}", "skipped"))
-            continue
-        with exported(adaptive("offset"), single=name.endswith("single")) as folder:
-            rows.append(Row(f"object for {name}", compiled(folder, command, *WARNINGS)[0], "compiles", True))
-            needed = {line.split()[-1] for line in run(folder, "arm-none-eabi-nm", "-u", "drive.o").splitlines()}
-            own = needed - library
-            rows.append(
-                Row("undefined symbols", len(own), "arithmetic", all(one.startswith("__aeabi_") for one in own))
-            )
-    return rows
-
-
 def machines() -> list[Row]:
     """Repeat a recorded run of the adaptive controller, by direction and with a delay, with another libm."""
     rows, command = [], zig()
@@ -103,17 +64,9 @@ def machines() -> list[Row]:
     return rows
 
 
-def sanitized() -> list[Row]:
-    """Repeat it under the sanitizers for addresses and undefined behaviour, which end a program that is at fault."""
-    if "gcc" not in compilers():
-        return [Row("sanitizers", "skipped")]
-    with exported(adaptive("directions", 1.5, 0.004)) as folder:
-        return [limited("sanitizers: address, undefined", difference(folder, ["gcc", *SANITIZERS]), 0.0)]
-
-
 def bits() -> list[Row]:
     """Repeat a recorded run of every variant, and count those that differ by compiler and level."""
-    builds = [(program, f"-O{level}") for program in compilers() for level in range(4)]
+    builds = [(program, f"-O{level}") for program in ("gcc", "clang") if shutil.which(program) for level in range(4)]
     unequal: dict[tuple[str, str], list[str]] = {build: [] for build in builds}
     for name, maker in variants().items():
         with exported(maker()) as folder:
@@ -156,54 +109,9 @@ def closed_loops() -> list[Row]:
     ]
 
 
-def _run_series(native: Any, state: Any, references: NDArray[np.float64], torques: NDArray[np.float64]) -> Any:
-    for k in range(torques.size):
-        inputs = planned_inputs(references[k], 0.97 * references[k], references[k + 1], math.nan, 0.01)
-        output, state = step(native, state, inputs)
-        torques[k] = output.torque
-    return state
-
-
-run_series = compiled_kernel(_run_series)
-
-
-def steps() -> list[Row]:
-    """Compare processor time a step: median over the repeats of the ratio of runs in turn; the machine may be busy."""
-    controller = adaptive("symmetric")
-    references, torques = 0.3 * np.sin(0.02 * np.arange(STEPS + 1.0)), np.zeros(STEPS)
-    run_series(controller.native, 0, references, torques)  # compiles
-    times = []
-    with exported(adaptive("symmetric")) as folder:
-        shutil.copy(Path(__file__).with_name("timed.c"), folder)
-        builds = [(program, level) for program in compilers() for level in ("-O2", "-O3")]
-        for program, level in builds:
-            run(folder, program, "-std=c99", level, "drive.c", "timed.c", "-o", program + level, "-lm")
-        for _ in range(REPEATS):
-            controller.reset()
-            begin = time.process_time()
-            run_series(controller.native, 0, references, torques)
-            times.append([(time.process_time() - begin) / STEPS])
-            for build in builds:
-                command = [folder / "".join(build), str(STEPS)]
-                done = subprocess.run(command, input=references.tobytes(), capture_output=True, check=True)
-                spent, last = map(float, done.stdout.split())
-                times[-1].append(spent)
-                if last != torques[-1]:
-                    raise ArithmeticError(f"{' '.join(build)} gives other torques than compiled Python")
-    table = np.array(times)
-    ratios = np.median(table / table[:, :1], axis=0)[1:]
-    return [
-        limited(f"step, {' '.join(build)} over compiled Python, same torques", float(ratio), LARGEST_RATIO)
-        for build, ratio in zip(builds, ratios, strict=True)
-    ]
-
-
 EXPERIMENTS: dict[str, Callable[[], list[Row]]] = {
     "python": exporting,
-    "objects": objects,
     "machines": machines,
-    "sanitizers": sanitized,
-    "speed": steps,
     "random": bits,
     "closed": closed_loops,
 }

@@ -88,10 +88,11 @@ def consistency_rows() -> list[Row]:
     for name, reading in (("corrected", "corrected"), ("as printed", "all as printed")):
         kept = coefficients_of(free, PERIOD, reading)
         here, there = coefficients_of(TRUE, PERIOD, reading), coefficients_of(other, PERIOD / MILLISECOND, reading)
-        for quantity, value in (
-            (f"a1 - a2 without friction, {name}: velocity kept in a sample", kept.a1 - kept.a2),
-            (f"b1/b0 {name}: time in ms against time in s", (there.b1 / there.b0) / (here.b1 / here.b0)),
-        ):
+        values = {
+            f"a1 - a2 without friction, {name}: velocity kept in a sample": kept.a1 - kept.a2,
+            f"b1/b0 {name}: time in ms against time in s": (there.b1 / there.b0) / (here.b1 / here.b0),
+        }
+        for quantity, value in values.items():
             asked = ("1", abs(value - 1.0) < EXACT) if reading == "corrected" else ("", None)
             rows.append(Row(quantity, value, *asked))
     return rows

@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from adaptive_ff.friction.model import model_friction
 from adaptive_ff.learning.batch_least_squares import Array
 from adaptive_ff.learning.rls import RLSState, update_rls_in_place, write_projection
 from benchmarks.cases.reports import Row
@@ -28,14 +29,10 @@ FORMS = PRINTED, ECONOMICAL, SYMMETRIC = (
 
 
 class History(NamedTuple):
-    """What became of the covariance, a value every few samples.
+    """What became of the covariance, a value every few samples, and the one-step errors of all samples, rad/s."""
 
-    ``asymmetry``: largest difference across the diagonal of the covariance, scaled to a unit diagonal; ``smallest``:
-    smallest eigenvalue of its symmetric part, scaled alike; ``errors``: one-step errors of all samples, rad/s.
-    """
-
-    asymmetry: Array
-    smallest: Array
+    asymmetry: Array  # largest difference across the diagonal of the covariance, scaled to a unit diagonal
+    smallest: Array  # smallest eigenvalue of its symmetric part, scaled alike
     errors: Array
 
     def indefinite(self) -> float:
@@ -49,11 +46,8 @@ def update_rls_printed(
 ) -> float:
     """Take one equation into account, (11)-(13) as the paper prints them, in some n^3 operations; return the error.
 
-    ``adaptive_ff.learning.rls.update_rls_in_place`` is the one to use: it does the same in n^2 operations.
-
-    ``state``: parameters ``P``, covariance ``R`` and gain; changed in place; ``room`` (n, n): room for the covariance
-    that comes next; ``regressors`` (n,): regressors ``X(k)``; ``output``: regressed output ``w(k)``;
-    ``forgetting_factor``: ``lambda``, in (0, 1].
+    ``adaptive_ff.learning.rls.update_rls_in_place`` is the one to use: it does the same in n^2 operations. ``room``
+    (n, n) is room for the covariance that comes next.
     """
     estimate, covariance, gain = state.estimate, state.covariance, state.gain  # first R(k-1) X(k), then gamma
     error, denominator = write_projection(estimate, covariance, regressors, output, forgetting_factor, gain)
@@ -74,13 +68,7 @@ def update_rls_printed(
 def update_rls_economical(state: RLSState, regressors: Array, output: float, forgetting_factor: float) -> float:
     """Take one equation into account, with ``(R - gamma (R X)') / lambda`` for (13); return the error."""
     estimate, covariance, projected = state.estimate, state.covariance, state.gain
-    error, denominator = output, forgetting_factor
-    for i in range(estimate.size):
-        projected[i] = 0.0
-        for j in range(estimate.size):
-            projected[i] += covariance[i, j] * regressors[j]
-        error -= regressors[i] * estimate[i]
-        denominator += regressors[i] * projected[i]
+    error, denominator = write_projection(estimate, covariance, regressors, output, forgetting_factor, projected)
     for i in range(estimate.size):
         gain = projected[i] / denominator
         estimate[i] += gain * error
@@ -130,34 +118,28 @@ def steady_motion() -> tuple[Array, Array]:
     """Return regressors and outputs of a motion at constant speed, with noise in its velocity, none in its torque."""
     count = round(STEADY / PERIOD)
     velocity = STEADY_SPEED + STEADY_NOISE * np.random.default_rng(SEED).standard_normal(count)
-    fraction = np.exp(-((STEADY_SPEED / TRUE.stribeck_velocity) ** TRUE.stribeck_shape))
-    torque = TRUE.coulomb + (TRUE.stiction - TRUE.coulomb) * fraction + TRUE.viscous * STEADY_SPEED
-    return regression(velocity, np.full(count, torque))
+    return regression(velocity, np.full(count, model_friction(TRUE, STEADY_SPEED)))
 
 
 def run() -> Experiment:
     """Run (13) in three forms for an hour of noise-driven motion and for a minute at constant speed."""
     data = simulate_noise(SEED, duration=LONG)
-    rows, outputs = regression(data.velocity, data.acting)
-    histories = {form: watch(form, rows, outputs, COVARIANCE) for form in FORMS}
-    table = []
+    histories = {form: watch(form, *regression(data.velocity, data.acting), COVARIANCE) for form in FORMS}
+    rows = []
     for form, history in histories.items():
         broken = history.indefinite()
-        shown = "never" if np.isinf(broken) else f"after {broken:g} s"
-        table.append(
-            Row(f"{form}: largest asymmetry in {LONG:g} s of excitation, relative", float(np.max(history.asymmetry)))
-        )
-        table.append(Row(f"{form}: indefinite", shown))
-        table.append(Row(f"{form}: one-step error, mrad/s rms", 1e3 * rms(history.errors)))
-    growth = growth_per_sample(histories[ECONOMICAL])
-    table.append(
-        Row(f"{ECONOMICAL}: growth of the asymmetry a sample; 1/lambda = {1.0 / FORGETTING_FACTOR:.5f}", growth)
-    )
-    rows, outputs = steady_motion()
+        largest = float(np.max(history.asymmetry))
+        rows += [
+            Row(f"{form}: largest asymmetry in {LONG:g} s of excitation, relative", largest),
+            Row(f"{form}: indefinite", "never" if np.isinf(broken) else f"after {broken:g} s"),
+            Row(f"{form}: one-step error, mrad/s rms", 1e3 * rms(history.errors)),
+        ]
+    growth = f"{ECONOMICAL}: growth of the asymmetry a sample; 1/lambda = {1.0 / FORGETTING_FACTOR:.5f}"
+    rows.append(Row(growth, growth_per_sample(histories[ECONOMICAL])))
     for form in FORMS:
-        broken = watch(form, rows, outputs, COVARIANCE).indefinite()
-        table.append(Row(f"{form}, constant speed: indefinite after, s", broken))
-    return Experiment(f"(13), section IV-B: rounding, lambda = {FORGETTING_FACTOR:g}", table, notes("rounding"))
+        broken = watch(form, *steady_motion(), COVARIANCE).indefinite()
+        rows.append(Row(f"{form}, constant speed: indefinite after, s", broken))
+    return Experiment(f"(13), section IV-B: rounding, lambda = {FORGETTING_FACTOR:g}", rows, notes("rounding"))
 
 
 def growth_per_sample(history: History) -> float:

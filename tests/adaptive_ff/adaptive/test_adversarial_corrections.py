@@ -1,6 +1,6 @@
 """Corrections of an outer loop that mean harm: the adaptive part stays bounded, the joint near what PI makes of it.
 
-``benchmarks.hostile_corrections`` prints the same for other plans and more seeds.
+``python -m benchmarks run corrections`` computes the same for other plans and more seeds.
 """
 
 import math
