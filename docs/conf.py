@@ -42,7 +42,8 @@ exclude_patterns = [
     f"{GENERATED}/examples",
     f"{GENERATED}/playground",
     *(f"{GENERATED}/gallery/*.{ending}" for ending in ("ipynb", "py", "json", "zip")),
-    *(f"{GENERATED}/{name}.md" for name in ("command_line", "scenario", "log_formats", "warnings")),  # are included
+    # are included
+    *(f"{GENERATED}/{name}.md" for name in ("command_line", "controllers", "scenario", "log_formats", "warnings")),
 ]
 html_theme = "pydata_sphinx_theme"
 html_theme_options = {

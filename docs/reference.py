@@ -19,11 +19,12 @@ from pydantic_core import PydanticUndefined
 
 from adaptive_ff.adaptive.diagnosis import WARNINGS
 from adaptive_ff.cli.main import app
+from adaptive_ff.comparison.registry import CONTROLLERS, FIXED, make_controller
 from adaptive_ff.identify.identification import SAYS
 from adaptive_ff.logs.formats import READERS
 from adaptive_ff.report.diagnosis import SENTENCES
 from adaptive_ff.report.verdicts import LIMITS
-from adaptive_ff.scenario.scenario import Scenario
+from adaptive_ff.scenario.scenario import Scenario, load_scenario
 
 PACKAGES = ("adaptive_ff", "controllers", "plant")
 FACES = {
@@ -49,6 +50,7 @@ def write_reference(folder: Path) -> None:
     pages = {
         "api": api(),
         "command_line": command_line(),
+        "controllers": controllers(),
         "scenario": scenario_fields(),
         "log_formats": log_formats(),
         "warnings": warning_codes(),
@@ -95,6 +97,14 @@ def command_line() -> str:
         rows = [_option(parameter) for parameter in command.params if _is_listed(parameter)]
         text += f"## {name}\n\n{command.help}\n\n" + (_table(("option", "default", "meaning"), rows) if rows else "")
     return text
+
+
+def controllers() -> str:
+    """Return the controllers of a comparison by name, those with a fixed model apart, with their control laws."""
+    scenario = load_scenario()
+    laws = {one: inspect.getdoc(type(make_controller(scenario, one))) or "" for one in CONTROLLERS if one not in FIXED}
+    rows = [(f"`{name}`", law.splitlines()[0].replace("``", "`")) for name, law in laws.items()]
+    return _table(("name", "control law"), rows)
 
 
 def _is_listed(parameter: Any) -> bool:

@@ -176,7 +176,9 @@ def _judge(gate: "Gate", comparison: "Comparison", baseline: Path | None) -> int
         printer.say(f"Nothing is worse than in {baseline}, within the tolerances.")
     free = [name for name in comparison.runs if name not in gate.controllers]
     others = f"; not guarded: {', '.join(free)} (--guard NAME)" if free else ""
-    printer.say(f"Guarded: {len(gate.metrics)} figures of {', '.join(gate.controllers)}{others}")
+    allowed = sorted(gate.tolerance_of(name, one) for name in gate.controllers for one in gate.metrics)
+    within = " to ".join(dict.fromkeys(f"{100.0 * one:.2g}" for one in (allowed[0], allowed[-1])))
+    printer.say(f"Guarded: {len(gate.metrics)} figures of {', '.join(gate.controllers)}, within {within} %{others}")
     return WORSE if worse else 0
 
 

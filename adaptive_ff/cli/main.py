@@ -94,7 +94,8 @@ def main() -> None:
         except KeyboardInterrupt:
             status = INTERRUPTED
         except (InputError, ArithmeticError, MemoryError, OSError) as error:
-            status = _refuse(str(error) or type(error).__name__)
+            cause = error.__cause__ if isinstance(error.__cause__, ArithmeticError) else error
+            status = _refuse(_own_failure(cause) or str(error) or type(error).__name__)
         except Exception as error:
             explained = _explained(error)
             if explained is None:
@@ -140,14 +141,22 @@ def _explained(error: Exception) -> str | None:
         context = getattr(error, "ctx", None)
         hint = "" if context is None else f"; {context.command_path} --help shows what is allowed"
         return message().rstrip(".") + hint if message() else ""
+    failure = _own_failure(error)
+    if failure is not None:
+        return failure
+    if type(error).__name__ == "LinAlgError":
+        return f"numbers are too large, too small or too much alike to compute with ({error})"
+    return None
+
+
+def _own_failure(error: BaseException) -> str | None:
+    """Return one line about an error in the code of an own controller, with its place; None for one elsewhere."""
     from adaptive_ff.comparison.own import MODULE
 
     for frame, line in reversed(list(traceback.walk_tb(error.__traceback__))):
         if frame.f_globals.get("__name__", "").startswith(MODULE):
             place = f"{frame.f_code.co_filename}, line {line}, in {frame.f_code.co_name}"
             return f"{place}: {type(error).__name__}: {error}"
-    if type(error).__name__ == "LinAlgError":
-        return f"numbers are too large, too small or too much alike to compute with ({error})"
     return None
 
 

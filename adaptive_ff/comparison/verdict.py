@@ -63,7 +63,7 @@ def verdict(comparison: Comparison) -> Verdict:
     limit = _largest(run.scenario, parts)
     shown = [name for name, spread in run.uncertainties.items() if spread[-1] < IDENTIFIED * spread[0]]
     estimates = {name: run.final_estimates[name] for name in shown}
-    given = ["inertia", "stribeck_velocity"] if not run.uncertainties else list(run.uncertainties)
+    given = list(run.uncertainties) if run.final_estimates else ["inertia", "stribeck_velocity"]
     return Verdict(
         best,
         over_pi,

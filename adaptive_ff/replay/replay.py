@@ -253,6 +253,8 @@ def replay_log(
         note,
         *(f"{said[0].upper()}{said[1:]}." for said in prepared.said),
     ]
+    if fixed is not None and not gravity and "gravity_sine" in fixed.best.values:
+        notes.append("The fixed model holds gravity; for the adaptive one it is --identify gravity.")
     worse = [name for name, torque in left.items() if torque.whole > left[NONE].whole]
     if worse:
         notes.append(

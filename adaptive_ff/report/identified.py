@@ -16,6 +16,9 @@ MORE = {"speed": "higher speeds", "acceleration": "faster changes of speed"}
 LESS = {"speed": "more motion at low speeds", "acceleration": "more motion at steady speeds"}
 """What to record, by the motion that narrows an interval, more or less of it than is usual."""
 
+NOTHING = 1e-6
+"""Fraction of its interval below which a value is shown as zero."""
+
 SCORES = {
     "follows": "the model follows the joint",
     "drifts": "the model drifts away from the joint within seconds, as open loop does where little holds a position",
@@ -120,7 +123,10 @@ def _is_mapped(name: str) -> bool:
 
 
 def _half(one: Parameter | None) -> Cell:
-    return "" if one is None else (one.value, 0.5 * (one.upper - one.lower))
+    if one is None:
+        return ""
+    half = 0.5 * (one.upper - one.lower)
+    return (one.value if abs(one.value) > NOTHING * half else 0.0, half)
 
 
 def _percent(part: float) -> str:
@@ -132,7 +138,7 @@ def _moved(found: LogIdentification) -> str:
     assert found.refined is not None
     parts = []
     for name in ("inertia", "coulomb", "viscous"):
-        before, after = found.textbook.values.get(name), found.refined.values.get(name)
-        if before and after is not None:
-            parts.append(f"{name} {100.0 * (after / before - 1.0):+.2g} %")
+        before, after = found.textbook.parameters.get(name), found.refined.values.get(name)
+        if before is not None and before.lower > 0.0 and after is not None:
+            parts.append(f"{name} {100.0 * (after / before.value - 1.0):+.2g} %")
     return "against the textbook " + ", ".join(parts)

@@ -12,7 +12,7 @@ LIMITS = {
     "noise": ("noise", "a finer sensor, or a slower loop (adaptive-ff tune)"),
     "delay": ("delay", "a shorter one, and a reference that is known ahead"),
     "bandwidth": ("bandwidth of the loop", "a faster loop (adaptive-ff tune), or faster sampling"),
-    "friction": ("friction", "a longer run, or a motion that shows more (adaptive-ff excite)"),
+    "friction": ("friction", "longer learning, or another motion (adaptive-ff excite)"),
 }
 """What most of the error that is left is due to, and what to do next, by code."""
 
@@ -38,7 +38,9 @@ def comparison_lines(found: Verdict) -> list[str]:
     if found.limit is not None:
         what, step = LIMITS[found.limit]
         lines.append(f"Limit: {what}. Next: {step}.")
-    return [*lines, parameters_line(found.given, found.identified, found.deviations)]
+    if found.given or found.identified:  # estimates without uncertainties tell neither
+        lines.append(parameters_line(found.given, found.identified, found.deviations))
+    return lines
 
 
 def bandwidth_lines(found: Mapping[str, Any]) -> list[str]:

@@ -167,6 +167,7 @@ def quoted(joint: str, controllers: list[str]) -> Found:
             raise ValueError(f"{file.name} is not there; source: github.com/Rhoban/bam")
         model = json.loads(file.read_text(encoding="utf-8"))[servos[joint]]["m1"]
         values = {"inertia": model["armature"], "coulomb": model["friction_base"], "viscous": model["friction_viscous"]}
+        values["largest"] = machines()["published"]["largest"][joint]
     else:
         values = dict(machines()["published"]["joints"][joint])
     if "largest" in values:

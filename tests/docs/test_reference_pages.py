@@ -11,6 +11,7 @@ from docs.reference import (
     ROLE,
     api,
     command_line,
+    controllers,
     dead_roles,
     described,
     log_formats,
@@ -37,7 +38,7 @@ def test_roles_are_found_and_strangers_are_not():
     assert resolved("no_such_name", "adaptive_ff.comparison.own") is None
 
 
-@pytest.mark.parametrize("page", [scenario_fields, command_line, log_formats, warning_codes])
+@pytest.mark.parametrize("page", [scenario_fields, command_line, controllers, log_formats, warning_codes])
 def test_everything_has_a_meaning(page):
     rows = [line for line in page().splitlines() if line.startswith("| `")]
     assert len(rows) > 5

@@ -168,11 +168,15 @@ def test_headings_break_on_a_terminal_and_numbers_do_not(width):
     assert lines <= max(width, 32)
 
 
-def test_error_in_an_own_controller_is_one_line_with_its_place(tmp_path, scenario):
+@pytest.mark.parametrize(
+    ("written", "said"),
+    [("nothing", "NameError: name 'nothing' is not defined"), ("1 / 0", "ZeroDivisionError: division by zero")],
+)
+def test_error_in_an_own_controller_is_one_line_with_its_place(tmp_path, scenario, written, said):
     own = tmp_path / "mine.py"
-    own.write_text(OWN.replace("reference - velocity", "reference - nothing"), encoding="utf-8")
+    own.write_text(OWN.replace("reference - velocity", f"reference - {written}"), encoding="utf-8")
     line = refusal("compare", scenario, "--own", f"{own}:Mine", "--out", tmp_path / "out")
-    assert f"{own}, line 3, in step: NameError: name 'nothing' is not defined" in line
+    assert f"{own}, line 3, in step: {said}" in line
 
 
 def test_own_controller_is_given_plain_numbers(tmp_path, scenario, without_pictures):

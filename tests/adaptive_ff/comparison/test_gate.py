@@ -233,12 +233,12 @@ def test_command_line_passes_and_fails(baseline, tmp_path):
     outcome = run_command_line(*arguments)
     assert outcome.status == 0
     assert f"Nothing is worse than in {baseline}, within the tolerances." in outcome.out
-    assert "Guarded: 6 figures of pi, fixed; not guarded: oracle (--guard NAME)" in outcome.out
+    assert "Guarded: 6 figures of pi, fixed, within 5 %; not guarded: oracle (--guard NAME)" in outcome.out
     changed(baseline, rms_error_settled=1e-6)
     outcome = run_command_line(*arguments)
     assert outcome.status == 1
     assert f"worse than {baseline}: pi: rms_error_settled grew" in outcome.err
-    assert "Guarded: 6 figures of pi, fixed; not guarded: oracle" in outcome.out
+    assert "Guarded: 6 figures of pi, fixed, within 5 %; not guarded: oracle" in outcome.out
     for passing in (
         ("--tolerance", "1e9%"),
         ("--tolerance", "1%", "--tolerance", "pi.rms_error_settled=1e9%"),
