@@ -1,5 +1,6 @@
 """The error that a user's input causes, as one sentence, and the text of files that may cause it."""
 
+import math
 import os
 import reprlib
 from pathlib import Path
@@ -14,6 +15,20 @@ def check_kind(name: str, value: Any, kinds: type | tuple[type, ...], rule: str)
     """Raise a TypeError for an argument that is of no such kind; the rule says what it must be."""
     if not isinstance(value, kinds):
         raise TypeError(f"{name} = {reprlib.repr(value)} is not allowed: it must be {rule}")
+
+
+def check_positive(**values: float) -> None:
+    """Raise an InputError for the first value that is not positive and finite, a TypeError for no number.
+
+    Of several values of one argument, ``NAME[0]``, the argument is named.
+    """
+    from controllers.checks import check_numbers  # with numpy, which help does without
+
+    for name, value in values.items():
+        argument = name.partition("[")[0]
+        check_numbers(**{argument: value})
+        if not (math.isfinite(value) and value > 0.0):
+            raise InputError(f"{argument} = {value:g} is not allowed: it must be positive and finite")
 
 
 def checked_path(name: str, value: Any) -> Path:

@@ -9,6 +9,7 @@ import typer
 from adaptive_ff.cli.columns import chosen_columns
 from adaptive_ff.cli.options import Linear, LogFile, MeasuredColumns, TorqueDelay, ViewerOutput
 from adaptive_ff.cli.output import bars, staged_results, warn_of_skips
+from adaptive_ff.errors import read_text
 
 BAND = 20.0
 """Default of ``--band``; that of ``replay_log``, which the tests compare."""
@@ -47,14 +48,14 @@ def replay_command(
 ) -> None:
     """Replay a recorded log, and show which torque adaptive feedforward would have left to the feedback."""
     from adaptive_ff.replay.learning import learn_in_place
-    from adaptive_ff.replay.replay import FEEDFORWARD, read_state, replay_log
+    from adaptive_ff.replay.replay import FEEDFORWARD, replay_log
     from adaptive_ff.report.tables import left_table
     from adaptive_ff.report.verdicts import replay_lines
 
     extra = {} if feedforward is None else {FEEDFORWARD: feedforward}
     taken = chosen_columns(log, columns, linear=learning.linear, further=extra)
     given = taken.read(log, extra)
-    saved, ripples = None if state is None else read_state(state), tuple(ripple_period or ())
+    saved, ripples = None if state is None else read_text(state, "cannot be read"), tuple(ripple_period or ())
     with staged_results(output, save_state) as results:
         with bars(loop=learn_in_place):
             found = replay_log(

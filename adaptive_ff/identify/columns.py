@@ -119,9 +119,7 @@ def _dry(rows: Rows, shape: Shape, place: Map) -> dict[str, Array]:
     paths = np.array([shape.path] if shape.path else [])
     hypothesis = Hypothesis(1.0, paths, False, np.empty(0), waves, place.hats, place.low, spaced, True, 0, 1.0)
     curve = Curve(max(shape.friction_lag, NO_LAG), shape.stribeck_velocity or NO_SPEED, 1.0, 1.0, 1.0, 0.0)
-    middle = 0.5 * (rows.velocity[1:] + rows.velocity[:-1])
-    velocity = np.concatenate([rows.velocity[:1], middle, rows.velocity[-1:]])
-    columns = columns_along(hypothesis, curve, velocity, rows.period, rows.position, rows.known)
+    columns = columns_along(hypothesis, curve, rows.between(), rows.period, rows.position, rows.known)
     coulomb = columns[:, PATHS] if shape.path else columns[:, COULOMB] + columns[:, STICTION]
     further = iter(columns.T[PATHS + paths.size :])
     found = {"coulomb": coulomb, "stiction_excess": columns[:, STICTION]}

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from statistics import NormalDist
 from typing import NamedTuple
 
-from adaptive_ff.errors import InputError
+from adaptive_ff.errors import InputError, check_positive
 from adaptive_ff.friction.identifying import ALL_CHOICES, check_parameters
 from adaptive_ff.friction.model import (
     GRAVITY,
@@ -17,7 +17,6 @@ from adaptive_ff.friction.model import (
 )
 from adaptive_ff.identify.result import ASYMMETRY, IdentifiedJoint
 from adaptive_ff.identify.selection import Parameter
-from controllers.checks import check_numbers
 
 REPORTED_AS = dict(zip(GRAVITY, ("gravity_sine", "gravity_cosine"), strict=True))
 """Names in an identification of what controllers call otherwise."""
@@ -163,9 +162,7 @@ def _torque_scale(found: IdentifiedJoint, torque_constant: float | None) -> floa
         if is_current:
             raise InputError(f"{found.name}: the torque is a current; give torque_constant, in N m/A (N/A)")
         return 1.0
-    check_numbers(torque_constant=torque_constant)
-    if not (math.isfinite(torque_constant) and torque_constant > 0.0):
-        raise InputError(f"torque_constant = {torque_constant:g} is not allowed: it must be positive and finite")
+    check_positive(torque_constant=torque_constant)
     if not is_current:
         raise InputError(f"{found.name}: torque_constant = {torque_constant:g} is given, but the torque is no current")
     return float(torque_constant)

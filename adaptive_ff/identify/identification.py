@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from adaptive_ff.errors import InputError, check_kind
+from adaptive_ff.errors import InputError, check_kind, check_positive
 from adaptive_ff.friction.model import TorqueModel
 from adaptive_ff.identify.columns import TEXTBOOK, Map, Shape
 from adaptive_ff.identify.first_estimate import FirstEstimate, first_estimate, torque_model
@@ -279,10 +279,8 @@ def _map(prepared: Prepared, periods: tuple[float, ...], hats: int) -> Map:
 
 
 def _check_map(log: Log, periods: tuple[float, ...], hats: int, load: bool) -> None:
-    check_numbers(position_hats=hats, **{f"position_periods[{k}]": period for k, period in enumerate(periods)})
-    for period in periods:
-        if not (math.isfinite(period) and period > 0.0):
-            raise InputError(f"position_periods = {period:g} is not allowed: a period must be positive and finite")
+    check_numbers(position_hats=hats)
+    check_positive(**{f"position_periods[{place}]": period for place, period in enumerate(periods)})
     if hats % 1 != 0 or hats < 0 or hats == 1:
         raise InputError(f"position_hats = {hats:g} is not allowed: it must be 0 or a whole number from 2 on")
     if periods and hats:

@@ -222,6 +222,11 @@ class Rows(NamedTuple):
         result: Array = self.in_band(values)[self.kept]
         return result
 
+    def between(self, still: float = 0.0) -> Array:
+        """Return the velocity between samples, before the first and after the last; zero where slower than a speed."""
+        velocity = np.where(np.abs(self.velocity) < still, 0.0, self.velocity)
+        return np.concatenate([velocity[:1], 0.5 * (velocity[1:] + velocity[:-1]), velocity[-1:]])
+
     def unfiltered(self) -> "Rows":
         """Return every sample as a row, as it is."""
         everything = np.arange(self.time.size)

@@ -168,41 +168,26 @@ def score_log(train: Log, test: Log, **given: Any) -> Score:
     delay, linear = given.get("torque_delay"), found.linear
     training = _simulated(found, train, delay, linear=linear)
     other = training if same else _simulated(found, test, delay, linear=linear)
+    deviation = float(np.std(other["measured"]))
     said = list(found.cautions)
     if same:
         said.append(
             f"{test.name}: is the log that the model is identified on; its error says nothing about other motion"
         )
-    deviation = float(np.std(other.measured))
     return Score(
         found,
         test.name,
-        rms=other.rms,
-        fit=100.0 * (1.0 - other.rms / deviation) if deviation else -math.inf,
-        windows=other.windows,
-        moved=other.moved,
-        training_rms=training.rms,
-        training_windows=training.windows,
+        **other,
+        fit=100.0 * (1.0 - other["rms"] / deviation) if deviation else -math.inf,
+        training_rms=training["rms"],
+        training_windows=training["windows"],
         torque_left=found.best.left if found.validation is None else found.validation,
-        time=other.time,
-        measured=other.measured,
-        simulated=other.simulated,
         cautions=said,
     )
 
 
-class _Simulated(NamedTuple):
-    """A log beside its simulation."""
-
-    time: Array
-    measured: Array
-    simulated: Array
-    rms: float
-    windows: float
-    moved: float
-
-
-def _simulated(found: LogIdentification, log: Log, delay: float | None, *, linear: bool) -> _Simulated:
+def _simulated(found: LogIdentification, log: Log, delay: float | None, *, linear: bool) -> dict[str, Any]:
+    """Return what a :class:`Score` says of the simulation of a log, by the name of its field."""
     prepared = prepare(log, bandwidth=None, torque_delay=delay, linear=linear)
     segment = max(prepared.segments, key=lambda one: one.position.size)
     fine = max(1, math.ceil(segment.period / STEP - 1e-9))
@@ -227,4 +212,5 @@ def _simulated(found: LogIdentification, log: Log, delay: float | None, *, linea
     moved = math.sqrt(float(np.mean((segments - segments[:, :1]) ** 2)))
     with np.errstate(over="ignore"):
         errors = [math.sqrt(float(np.mean((one - segment.position) ** 2))) for one in (whole, windows)]
-    return _Simulated((segment.start + time).astype(np.float64), segment.position, whole, errors[0], errors[1], moved)
+    series = {"time": segment.start + time, "measured": segment.position, "simulated": whole}
+    return {**series, "rms": errors[0], "windows": errors[1], "moved": moved}

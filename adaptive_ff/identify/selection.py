@@ -343,7 +343,7 @@ def _textbook_of(data: Data, names: tuple[str, ...], one: _Estimated) -> Array:
     for kind in (_is_friction, _is_load):
         own = [place for place, name in enumerate(inner) if kind(name)]
         line = [place for place, name in enumerate(names) if kind(name)]
-        if not own:
+        if not (own and line):
             continue
         static = Model(tuple(inner[place] for place in own), shape._replace(friction_lag=0.0, path=0.0))
         bends = _slopes(data, static, one.values[own]) if kind is _is_friction else {}

@@ -17,7 +17,7 @@ import math
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
-from adaptive_ff.errors import InputError
+from adaptive_ff.errors import InputError, check_positive
 from adaptive_ff.identify.first_estimate import torque_model
 from adaptive_ff.identify.result import IdentifiedJoint
 
@@ -51,8 +51,7 @@ def simulator_text(found: IdentifiedJoint, kind: str, *, gear_ratio: float = 1.0
     """
     if kind not in ENDINGS:
         raise InputError(f"simulator {kind!r} is not known; allowed: {', '.join(ENDINGS)}")
-    if not (gear_ratio > 0.0 and gear_ratio < math.inf):
-        raise InputError(f"gear_ratio = {gear_ratio:g} is not allowed: it must be positive and finite")
+    check_positive(gear_ratio=gear_ratio)
     model = torque_model(found, 1.0 if found.units["torque"] == "A" else None)
     joint = {name: getattr(model, name) * gear_ratio for name in ("coulomb", "stiction", "offset")}
     joint |= {name: getattr(model, name) * gear_ratio**2 for name in ("inertia", "viscous")}

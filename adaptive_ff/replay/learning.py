@@ -78,10 +78,8 @@ def make_learner(
 
 def columns_of(learner: Learner, rows: Rows) -> Array:
     """Return the unit torques along the motion of a segment; at standstill the joint holds its friction."""
-    velocity = np.where(np.abs(rows.velocity) < rows.slow, 0.0, rows.velocity)
-    middle = 0.5 * (velocity[1:] + velocity[:-1])
-    edges = np.concatenate([velocity[:1], middle, velocity[-1:]])
-    columns = columns_along(learner.hypothesis, learner.curve, edges, rows.period, rows.position)
+    velocity = rows.between(rows.slow)
+    columns = columns_along(learner.hypothesis, learner.curve, velocity, rows.period, rows.position)
     return np.insert(columns, columns.shape[1] - 2, 1.0, axis=1) if learner.offset else columns
 
 
@@ -94,7 +92,8 @@ def initial_state(learner: Learner) -> Member:
     return Member(mean, packed(np.diag(np.append(np.zeros(LOOP), known))))
 
 
-def _learn(
+@compiled
+def learn_in_place(
     member: Member,
     prior: Prior,
     columns: Array,
@@ -127,9 +126,6 @@ def _learn(
             update_in_place(member, columns[k], torque[k], level, CLIP, 0.0, 0.0, work)
             constrain_in_place(member, prior, multipliers)
             level = max(forgetting * level + (1.0 - forgetting) * error * error, 1e-6)
-
-
-learn_in_place = compiled(_learn)
 
 
 def learn(

@@ -7,13 +7,12 @@ has no loop of ours: here the same columns run along the measured motion, and a 
 import json
 import math
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 import scipy
 
-from adaptive_ff.errors import InputError, read_text
+from adaptive_ff.errors import InputError, check_positive, sentence
 from adaptive_ff.friction.model import unit_of
 from adaptive_ff.identify.columns import Map
 from adaptive_ff.identify.identification import LogIdentification, check_delay, identify_log
@@ -27,7 +26,6 @@ from adaptive_ff.logs.log import Log, check_log
 from adaptive_ff.replay.learning import Learner, columns_of, initial_state, learn, make_learner
 from adaptive_ff.reported import WORTH, Reported
 from adaptive_ff.scenario.axis_units import of_linear
-from controllers.checks import check_numbers
 from controllers.triangle import packed, unpacked
 
 NONE, FIXED, RECORDED, COLD, SAVED = "none", "fixed", "recorded", "adaptive", "adaptive_saved"
@@ -217,7 +215,10 @@ def replay_log(
     """
     check_log("log", log)
     given = {"inertia": inertia, "stribeck_velocity": stribeck_velocity, "memory": memory, "band": band}
-    _check_arguments({**given, **{f"ripple_periods[{k}]": one for k, one in enumerate(ripple_periods)}}, identify)
+    check_positive(**{name: value for name, value in given.items() if value is not None})
+    check_positive(**{f"ripple_periods[{place}]": one for place, one in enumerate(ripple_periods)})
+    if identify not in IDENTIFY:
+        raise InputError(f"identify = {identify!r} is not allowed: it must be one of {', '.join(IDENTIFY)}")
     check_delay(torque_delay or 0.0)
     gravity = "gravity" in identify
     if (gravity or ripple_periods) and log.position is None:
@@ -251,7 +252,7 @@ def replay_log(
         "Columns run along the measured motion, and a low-pass stands for the response of the loop: in its loop the "
         "controller learns along its reference, from the error.",
         note,
-        *(f"{said[0].upper()}{said[1:]}." for said in prepared.said),
+        *map(sentence, prepared.said),
     ]
     if fixed is not None and not gravity and "gravity_sine" in fixed.best.values:
         notes.append("The fixed model holds gravity; for the adaptive one it is --identify gravity.")
@@ -314,14 +315,11 @@ def _judged(
 
     torque = joined(needed)
     shown = {name: joined(parts) for name, parts in feeds.items()}
-    moves = np.concatenate(
-        [np.abs(one.velocity[cut]) > 0.01 * prepared.fast for one, cut in zip(rows, inner, strict=True)]
-    )
+    speed = np.abs(np.concatenate([one.velocity[cut] for one, cut in zip(rows, inner, strict=True)]))
+    moves = speed > 0.01 * prepared.fast
     second = np.arange(torque.size) >= torque.size // 2
-    left = {}
-    for name, fed in shown.items():
-        rest = torque - fed
-        left[name] = Left(*(_rms(rest[mask]) for mask in (slice(None), second, moves)))
+    masks = np.ones_like(second), second, moves
+    left = {name: Left(*(_rms((torque - fed)[mask]) for mask in masks)) for name, fed in shown.items()}
     histories = {}
     for which, parts in estimates.items():
         values = np.vstack([part[cut] for part, cut in zip(parts, inner, strict=True)])
@@ -364,17 +362,6 @@ def _recorded(prepared: Prepared) -> list[Array]:
     return [np.interp(rows.time, prepared.log.time[finite], recorded[finite]) for rows in prepared.rows]
 
 
-def _check_arguments(numbers: dict[str, float | None], identify: str) -> None:
-    for name, value in numbers.items():
-        if value is None:
-            continue
-        check_numbers(**{name.partition("[")[0]: value})
-        if not (math.isfinite(value) and value > 0.0):
-            raise InputError(f"{name} = {value:g} is not allowed: it must be positive and finite")
-    if identify not in IDENTIFY:
-        raise InputError(f"identify = {identify!r} is not allowed: it must be one of {', '.join(IDENTIFY)}")
-
-
 def _state_to_json(learner: Learner, state: Member) -> str:
     estimate = state.mean[LOOP:] * learner.deviation
     covariance = unpacked(state.covariance)[LOOP:, LOOP:] * np.outer(learner.deviation, learner.deviation)
@@ -406,8 +393,3 @@ def _state_from_json(learner: Learner, text: str) -> Member:
     units = np.where(learner.deviation > 0.0, learner.deviation, 1.0)
     whole = np.pad(covariance / np.outer(units, units), (LOOP, 0))
     return Member(np.pad(estimate / units, (LOOP, 0)), packed(whole))
-
-
-def read_state(path: Path) -> str:
-    """Return the text of a file with a saved state."""
-    return read_text(path, "cannot be read")

@@ -8,6 +8,7 @@ from scipy import integrate
 from synthetic_logs import JOINT, make_log, sines_log
 
 from adaptive_ff import InputError, identify_log
+from adaptive_ff.identify.identification import FAMILIES
 from adaptive_ff.identify.result import CARE, GOOD, UNUSABLE
 from adaptive_ff.logs.log import KNOWN, Log
 
@@ -139,6 +140,14 @@ def test_friction_over_position_is_mapped_where_its_period_is_given():
     assert found.value("friction_sine_1") == pytest.approx(0.3, rel=0.05)
     hats = identify_log(sines_log(lambda q, w: 0.8 * np.sign(w) + 0.4 * np.abs(q))[0], position_hats=5)
     assert "force over position" in hats.taken
+
+
+@pytest.mark.parametrize("model", FAMILIES)
+def test_every_family_finds_the_joint_beside_a_force_over_position(model):
+    log, _ = sines_log(lambda q, w: 0.8 * np.sign(w) + 0.4 * np.abs(q), seconds=20)
+    found = identify_log(log, model=model, position_hats=5)
+    assert found.value("inertia") == pytest.approx(0.5, rel=0.1)
+    assert found.value("coulomb") == pytest.approx(0.8, rel=0.1)
 
 
 def test_load_friction_rises_with_the_known_torque():
