@@ -334,32 +334,32 @@ def _textbook_of(data: Data, names: tuple[str, ...], one: _Estimated) -> Array:
     """Return the matrix that makes the textbook's parameters of the estimates of a model.
 
     Its line of Coulomb and viscous friction is the one through the friction of the model without lag, path and delay;
-    its offset is the mean of the other torques.
+    its offset is the mean of what that leaves, and of the loads.
     """
     inner, shape = one.model
     result = np.array([[float(own == name) for own in (*inner, *one.slopes)] for name in names])
     if inner == names and shape == Shape():
         return result
-    for kind in (_is_friction, _is_load):
-        own = [place for place, name in enumerate(inner) if kind(name)]
-        line = [place for place, name in enumerate(names) if kind(name)]
-        if not (own and line):
-            continue
-        static = Model(tuple(inner[place] for place in own), shape._replace(friction_lag=0.0, path=0.0))
-        bends = _slopes(data, static, one.values[own]) if kind is _is_friction else {}
-        torques = np.column_stack([data.columns(*static), *bends.values()])
-        bent = [len(inner) + one.slopes.index(name.removeprefix(SLOPE)) for name in bends]
+    apart = {"inertia", "torque_delay", *GRAVITY}
+    slow = [place for place, name in enumerate(inner) if name not in apart]
+    static = Model(tuple(inner[place] for place in slow), shape._replace(friction_lag=0.0, path=0.0))
+    bends = _slopes(data, static, one.values[slow])
+    torques = np.column_stack([data.columns(*static), *bends.values()])
+    places = np.array([*slow, *(len(inner) + one.slopes.index(name.removeprefix(SLOPE)) for name in bends)])
+    friction = np.array([_is_friction(name) for name in static.names] + [True] * len(bends))
+    line = [place for place, name in enumerate(names) if _is_friction(name)]
+    if line:
         columns = data.columns(tuple(names[place] for place in line), Shape())
-        result[np.ix_(line, [*own, *bent])] = np.linalg.lstsq(columns, torques)[0]
+        fitted = np.linalg.lstsq(columns, torques[:, friction])[0]
+        result[np.ix_(line, places[friction])] = fitted
+        torques[:, friction] -= columns @ fitted
+    if "offset" in names:
+        result[names.index("offset"), places] = torques.mean(axis=0)
     return result
 
 
 def _is_friction(name: str) -> bool:
     return name in DRY | VISCOUS or name.startswith("friction_")
-
-
-def _is_load(name: str) -> bool:
-    return name == "offset" or name.startswith("force_")
 
 
 def _slopes(data: Data, model: Model, values: Array) -> dict[str, Array]:
