@@ -8,20 +8,20 @@ from adaptive_ff.report.table import DEVIATIONS, shown
 from adaptive_ff.report.tables import FEEDFORWARDS
 
 LIMITS = {
-    "saturation": ("torque limit of the drive", "a larger one, or a slower reference"),
-    "noise": ("noise", "a finer sensor, or a slower loop (adaptive-ff tune)"),
-    "delay": ("delay", "a shorter one, and a reference that is known ahead"),
-    "bandwidth": ("bandwidth of the loop", "a faster loop (adaptive-ff tune), or faster sampling"),
-    "friction": ("friction", "longer learning, or another motion (adaptive-ff excite)"),
+    "saturation": ("the torque limit of the drive", "take a larger drive, or a slower reference"),
+    "noise": ("noise", "take a finer sensor, or a slower loop (adaptive-ff tune)"),
+    "delay": ("delay", "shorten it, and let the controller know the reference ahead"),
+    "bandwidth": ("the bandwidth of the loop", "take a faster loop (adaptive-ff tune), or sample faster"),
+    "friction": ("friction", "learn longer, or along another motion (adaptive-ff excite)"),
 }
-"""What most of the error that is left is due to, and what to do next, by code."""
+"""What most of the error that is left is due to, and what to do about it, by code."""
 
 IN_THE_BEST_LOOP = {
-    "noise": "a finer sensor, or a lower velocity.cutoff",
-    "bandwidth": "faster sampling, or a shorter delay: no faster loop is sound",
-    "friction": "the scenario with this bandwidth, in adaptive-ff compare",
+    "noise": "take a finer sensor, or a lower velocity.cutoff",
+    "bandwidth": "sample faster, or shorten the delay: no faster loop is sound",
+    "friction": "give the scenario this bandwidth, and see adaptive-ff compare",
 }
-"""What to do next where each controller has its best bandwidth, by the same code."""
+"""What to do about it where each controller has its best bandwidth, by the same code."""
 
 
 def comparison_lines(found: Verdict) -> list[str]:
@@ -36,8 +36,7 @@ def comparison_lines(found: Verdict) -> list[str]:
         kept = "the least settled error; pi beside it says whether it is worth it"
     lines = [f"{first}." if found.worth else f"{first}: {kept}."]
     if found.limit is not None:
-        what, step = LIMITS[found.limit]
-        lines.append(f"Limit: {what}. Next: {step}.")
+        lines.append(limit_line(found.limit, LIMITS[found.limit][1]))
     if found.given or found.identified:  # estimates without uncertainties tell neither
         lines.append(parameters_line(found.given, found.identified, found.deviations))
     return lines
@@ -48,8 +47,13 @@ def bandwidth_lines(found: Mapping[str, Any]) -> list[str]:
     gain = "" if found["over_pi"] is None else f", {found['over_pi']:.3g} times better than pi at its best"
     gain += "" if found["over_pi_loaded"] is None else f" and {found['over_pi_loaded']:.3g} times after a load"
     worth = "" if found["worth"] else ": nothing that ran is worth it on this joint, keep pi"
-    limit = f"Limit: {LIMITS[found['limit']][0]}. Next: {IN_THE_BEST_LOOP[found['limit']]}."
+    limit = limit_line(found["limit"], IN_THE_BEST_LOOP[found["limit"]])
     return [f"Verdict: {found['best']} at {found['bandwidth']:.3g} Hz{gain}{worth}.", limit]
+
+
+def limit_line(limit: str, step: str) -> str:
+    """Return what most of the error that is left is due to, by its code, and what to do about it."""
+    return f"Most of the error that is left is due to {LIMITS[limit][0]}: {step}."
 
 
 def matrix_lines(found: Mapping[str, Any]) -> list[str]:

@@ -33,11 +33,9 @@ from plant import (
     READY_JOINT,
     SCALE_JOINT,
     SENSED_VELOCITY,
-    STEP_JOINT,
     STEP_READY,
     ActuatorParameters,
     FrictionSchedule,
-    JointChange,
     encoder_reading,
     friction_factor,
     gravity_torque,
@@ -50,47 +48,19 @@ from plant import (
     ripple_torque,
 )
 
-
-def _step_joint(joint: Any, state: Any, torque: float, period: float) -> Any:
-    return STEP_JOINT[type(joint)](joint, state, torque, period)
-
-
-def _ready_joint(joint: Any, period: float) -> Any:
-    return READY_JOINT[type(joint)](joint, period)
-
-
-def _step_ready(joint: Any, state: Any, torque: float, period: float) -> Any:
-    return STEP_READY[type(joint)](joint, state, torque, period)
-
-
-def _scale_joint(joint: Any, factor: float) -> Any:
-    return SCALE_JOINT[type(joint)](joint, factor)
-
-
-def _change_joint(joint: Any, change: JointChange) -> Any:
-    return CHANGE_JOINT[type(joint)](joint, change)
-
-
-def _sensed_velocity(state: Any) -> Any:
-    return SENSED_VELOCITY[type(state)](state)
-
-
-step_joint = dispatched(STEP_JOINT, _step_joint)
-"""One solver period of any joint, compiled or not."""
-
-ready_joint = dispatched(READY_JOINT, _ready_joint)
+ready_joint = dispatched(READY_JOINT)
 """Any joint with the constants of its step for a solver period (s)."""
 
-step_ready = dispatched(STEP_READY, _step_ready)
+step_ready = dispatched(STEP_READY)
 """One solver period of any joint that :func:`ready_joint` returned."""
 
-scale_joint = dispatched(SCALE_JOINT, _scale_joint)
+scale_joint = dispatched(SCALE_JOINT)
 """Any joint with its friction times a factor."""
 
-change_joint = dispatched(CHANGE_JOINT, _change_joint)
+change_joint = dispatched(CHANGE_JOINT)
 """Any joint with a change of its parameters."""
 
-sensed_velocity = dispatched(SENSED_VELOCITY, _sensed_velocity)
+sensed_velocity = dispatched(SENSED_VELOCITY)
 """Velocity (rad/s) at the sensor of any joint."""
 
 

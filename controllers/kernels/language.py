@@ -2,31 +2,35 @@
 
 import ctypes
 from collections.abc import Callable, Mapping
-from typing import Any, TypeVar
-
-Function = TypeVar("Function", bound=Callable[..., Any])
+from typing import Any
 
 DISPATCHED: dict[Callable[..., Any], Mapping[type, Callable[..., Any]]] = {}
 """Kernel for each class of the first argument, by the kernel that chooses."""
 
 
-def dispatched(kernels: Mapping[type, Callable[..., Any]], function: Function) -> Function:
+def dispatched(kernels: Mapping[type, Callable[..., Any]], function: Callable[..., Any] | None = None) -> Any:
     """Make a generic kernel choose its implementation by the class of its first argument, compiled or not.
 
     Parameters
     ----------
     kernels : mapping
         Implementation for each ``NamedTuple`` class of parameters; may grow until the first compilation for it.
-    function : callable
-        The plain function, which looks the implementation up in ``kernels`` by ``type(first argument)``.
+    function : callable, optional
+        The plain function, which looks the implementation up in ``kernels`` by ``type(first argument)``; by default
+        one that does nothing else.
 
     Returns
     -------
     callable
         The same function, now also callable from compiled code.
     """
-    DISPATCHED[function] = kernels
-    return function
+
+    def choose(first: Any, *others: Any) -> Any:
+        return kernels[type(first)](first, *others)
+
+    chosen = choose if function is None else function
+    DISPATCHED[chosen] = kernels
+    return chosen
 
 
 BY_ADDRESS = ctypes.CFUNCTYPE(None, ctypes.c_int64, ctypes.c_int64, ctypes.c_void_p, ctypes.c_int64)

@@ -2,8 +2,11 @@
 
 import numpy as np
 
-from adaptive_ff.simulation.loop import step_joint
-from controllers import compiled
+from controllers import compiled, dispatched
+from plant import STEP_JOINT
+
+step_joint = dispatched(STEP_JOINT)
+"""One solver period of any joint, compiled or not."""
 
 
 def follow(joint, state, torques, period, motion):
