@@ -5,7 +5,14 @@ import json
 import pytest
 from figures import CASES, STORED, figures
 
+FITTED = 2e-3
+"""Relative change of a figure behind a search that ends elsewhere on another processor."""
+
 KNOWN = json.loads(STORED.read_text(encoding="utf-8"))
+
+
+def is_close(value, known, relative):
+    return value == known if isinstance(value, str) else value == pytest.approx(known, rel=relative, abs=1e-9)
 
 
 def test_what_is_stored_is_what_is_run():
@@ -17,9 +24,10 @@ def test_figures_are_those_that_are_stored(case):
     """After a change of behaviour that is wanted, ``python tests/helpers/figures.py`` stores them anew."""
     found = figures(case)
     assert list(found) == list(KNOWN[case])
+    relative = FITTED if any(word in case for word in ("batch", "log of", "fits")) else 1e-5
     moved = {
         name: (KNOWN[case][name], value)
         for name, value in found.items()
-        if value != pytest.approx(KNOWN[case][name], rel=1e-5, abs=1e-9)
+        if not is_close(value, KNOWN[case][name], relative)
     }
     assert moved == {}

@@ -15,15 +15,12 @@ from plant import (
     Actuator,
     ElasticJoint,
     FrictionChange,
-    Gravity,
     Joint,
     JointChange,
     JointModel,
     LuGreJoint,
     check_factor,
-    gravity_torque,
     lagged_torque,
-    phase_change,
     schedule,
 )
 
@@ -53,11 +50,6 @@ def test_every_kind_can_be_changed():
 
 
 @pytest.mark.parametrize("kind", MODELS)
-def test_nothing_changed_is_the_joint_itself(kind):
-    assert changed(MODELS[kind], UNCHANGED) == MODELS[kind].parameters
-
-
-@pytest.mark.parametrize("kind", MODELS)
 def test_changed_joint_is_the_joint_made_with_the_changed_fields(kind):
     model = MODELS[kind]
     fields = {**FRICTION, "coulomb": 90.0, "stiction": 135.0, "viscous": 40.0, "inertia": 40.0, "offset": 37.0}
@@ -68,17 +60,6 @@ def test_changed_joint_is_the_joint_made_with_the_changed_fields(kind):
     else:  # 15 + 5 kg m^2 become 15 + 10
         expected = ElasticJoint(**{**fields, "inertia": 25.0}, friction_lag=0.005, link_share=0.4, link_stiffness=5e4)
     assert flat(changed(model)) == pytest.approx(flat(expected.parameters), rel=1e-14)
-
-
-def test_phases_hold_what_each_change_gives_and_nothing_of_the_one_before():
-    changes = [FrictionChange(time=1.0, inertia_scale=2.0, load=5.0), FrictionChange(time=2.0, friction_scale=3.0)]
-    plan = schedule(changes, 0.001)
-    assert [phase_change(plan, phase) for phase in range(3)] == [
-        UNCHANGED,
-        JointChange(1.0, 1.0, 2.0, 1.0, 5.0),
-        UNCHANGED,
-    ]
-    assert plan.scales.tolist() == [1.0, 1.0, 3.0]
 
 
 def test_change_of_nothing_is_refused_and_one_back_to_the_original_is_not():
@@ -115,20 +96,6 @@ def test_weight_without_friction_swings_as_a_pendulum(phase, share):
         errors.append(np.max(np.abs(velocity - exact.y[1])))
     assert errors[0] < 5e-3
     assert errors[1] == pytest.approx(0.5 * errors[0], rel=0.1)  # first order
-
-
-def test_joint_rests_under_a_weight_below_its_stiction_and_not_above():
-    assert gravity_torque(Gravity(80.0, 0.5 * math.pi), 0.0) == 80.0
-    resting = Joint(JointModel(**FRICTION, gravity=80.0, gravity_phase=0.5 * math.pi))
-    falling = Joint(JointModel(**FRICTION, gravity=100.0, gravity_phase=0.5 * math.pi))
-    assert resting.step(0.0, 1.0) == 0.0
-    assert falling.step(0.0, 1.0) < -0.01
-
-
-def test_linear_axis_has_no_gravity_term():
-    assert JointModel(**FRICTION, axis="linear").weight == Gravity(0.0, 0.0)
-    with pytest.raises(ValidationError, match=r"gravity = 5 is not allowed for axis = 'linear'.* is its offset"):
-        JointModel(**FRICTION, axis="linear", gravity=5.0)
 
 
 def test_lagged_torque_is_the_exact_response_of_a_first_order_lag():

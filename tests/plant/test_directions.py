@@ -14,37 +14,12 @@ FIELDS = {
     "viscous": 80.0,
     "stribeck_velocity": 0.05,
 }
-BACKWARD = {"coulomb_backward": 40.0, "stiction_backward": 70.0, "viscous_backward": 100.0}
-UNEVEN = {**FIELDS, **BACKWARD, "offset": 7.0}
 
 
 def run(model, torque, duration, velocity=0.0):
     joint = Joint(model, velocity)
     joint.step(torque, duration)
     return joint.state
-
-
-def test_backward_fields_are_as_forward_unless_given():
-    assert JointModel(**FIELDS).friction_backward == JointModel(**FIELDS).friction
-    for name, value in BACKWARD.items():
-        parameters = JointModel(**{**FIELDS, "coulomb": 30.0, name: value}).parameters
-        expected = {"coulomb": 30.0, "stiction": 90.0, "viscous": 80.0, name.removesuffix("_backward"): value}
-        assert parameters.friction == (30.0, 90.0, 80.0, 0.05, 1.0)
-        assert parameters.backward == (*expected.values(), 0.05, 1.0)
-
-
-@pytest.mark.parametrize(("torque", "moves"), [(96.9, False), (97.1, True), (-62.9, False), (-63.1, True)])
-def test_breakaway_is_at_stiction_of_the_direction_plus_offset(torque, moves):
-    end = run(JointModel(**UNEVEN), torque, 1.0)
-    assert (end.velocity != 0.0) == (end.position != 0.0) == moves
-    if moves:
-        assert math.copysign(1.0, end.velocity) == math.copysign(1.0, torque)
-
-
-@pytest.mark.parametrize("offset", [100.0, -100.0])
-def test_offset_above_stiction_moves_the_joint_against_it(offset):
-    assert run(JointModel(**FIELDS, offset=offset), 0.0, 0.5).velocity * offset < 0.0
-    assert run(JointModel(**FIELDS, offset=offset), offset, 0.5) == (0.0, 0.0, 0.0)
 
 
 def test_braking_distance_of_each_direction_in_closed_form():

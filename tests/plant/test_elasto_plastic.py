@@ -120,22 +120,6 @@ def test_motion_from_presliding_into_sliding_converges_to_that_of_solve_ivp_with
     assert errors[1] / errors[2] == pytest.approx(2.0, abs=0.1)
 
 
-def test_friction_lags_behind_the_curve():
-    joint = model(**FLAT, friction_lag=0.02).parameters
-    start = initial_state(joint, 0.1)
-    found = friction_along(joint, np.arange(401) * 1e-4 * 0.1, 1e-4, start._replace(friction_torque=0.0))
-    assert found == pytest.approx(60.0 * (1.0 - (0.02 / 0.0201) ** np.arange(1, 401)), rel=1e-9)  # implicit Euler
-
-
-def test_torque_below_breakaway_is_held_in_presliding():
-    joint = model().parameters
-    ramp = np.concatenate([np.linspace(0.0, 60.0, 20_000), np.full(5000, 60.0)])
-    end = run(joint, REST, ramp, 1e-3)[-1]
-    assert abs(end[0]) < 1e-4
-    assert 90.0 * mobilised(3e-3, end[3], end[4]) == pytest.approx(60.0, rel=1e-2)
-    assert 0.0 < end[2] < 3e-3
-
-
 @st.composite
 def steps(draw):
     fields = {

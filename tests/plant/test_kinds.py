@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from pydantic import BaseModel, ValidationError
+from pydantic import ValidationError
 from stepped_joint import along_paths, run
 
 from controllers import compiled
@@ -14,11 +14,9 @@ from plant import (
     SCALE_JOINT,
     SENSED_VELOCITY,
     STEP_JOINT,
-    AnyJoint,
     BacklashJoint,
     ElasticJoint,
     ElastoPlasticJoint,
-    Joint,
     JointModel,
     LuGreJoint,
     MaxwellJoint,
@@ -50,31 +48,9 @@ KINDS = ("stribeck", "lugre", "elastic", "backlash", "maxwell", "rolling", "elas
 TORQUES = 150.0 * np.sin(0.01 * np.arange(2000)) + 30.0 * np.sin(0.037 * np.arange(2000))
 
 
-class Table(BaseModel):
-    """A model with a joint of any kind as a field."""
-
-    joint: AnyJoint
-
-
 @pytest.fixture(params=MODELS)
 def model(request):
     return MODELS[request.param]
-
-
-def moved(model, velocity=0.0):
-    joint, states = Joint(model, velocity), []
-    for torque in TORQUES:
-        joint.step(torque, 0.001)
-        states.append(joint.state)
-    return states
-
-
-def test_state_begins_with_velocity_friction_torque_and_position(model):
-    state = initial_state(model.parameters, 0.2)
-    assert state._fields[:3] == ("velocity", "friction_torque", "position")
-    assert state[:3] == (0.2, sliding_friction(model.friction, 0.2), 0.0)
-    assert not any(initial_state(model.parameters, 0.0))
-    assert all(isinstance(value, float) for value in state)
 
 
 def test_tables_serve_every_kind(model):
@@ -161,12 +137,6 @@ def test_friction_that_grows_may_need_a_shorter_period(model):
         CHECK_PERIOD[type(parameters)](harder, model.solver_period)
 
 
-def test_own_loop_moves_both_ways(model):
-    velocities = np.array([state.velocity for state in moved(model)])
-    assert np.max(velocities) > 0.05
-    assert np.min(velocities) < -0.05
-
-
 @pytest.mark.parametrize("shape", [0.7, 1.0, 1.5, 2.0])
 def test_compiled_step_is_the_plain_one(model, shape):
     parameters = model.parameters
@@ -180,35 +150,6 @@ def test_compiled_step_is_the_plain_one(model, shape):
         assert state == pytest.approx(expected, rel=1e-12, abs=1e-13)
 
 
-def test_position_is_the_integral_of_the_velocity_at_the_motor(model):
-    states = moved(model)
-    sensed = [SENSED_VELOCITY[type(state)](state) for state in states]
-    assert states[-1].position == pytest.approx(1e-3 * np.sum(sensed), abs=1e-3 * np.max(np.abs(sensed)))
-
-
-def test_joint_stays_where_it_is_under_its_offset_alone(model):
-    joint = Joint(model)
-    assert joint.step(model.offset, 1.0) == 0.0
-    assert not any(joint.state)
-
-
-def test_steady_motion_is_held_by_friction_and_offset(model):
-    for velocity, curve in ((0.2, model.friction), (-0.2, model.friction_backward)):
-        joint = Joint(model, velocity)
-        torque = math.copysign(sliding_friction(curve, 0.2), velocity) + model.offset
-        assert joint.step(torque, 0.5) == pytest.approx(velocity, rel=1e-9)
-
-
 def test_torque_that_is_not_a_number_does_not_look_like_rest(model):
     state = initial_state(model.parameters, 0.0)
     assert math.isnan(STEP_JOINT[type(model.parameters)](model.parameters, state, math.nan, 0.001).velocity)
-
-
-def test_model_is_read_back_from_its_content(model):
-    content = model.model_dump()
-    assert Table(joint=content).joint == Table(joint=model).joint == model
-    assert content["kind"] in KINDS
-
-
-def test_joint_without_a_kind_is_the_rigid_one_with_lagged_friction():
-    assert Table(joint={**FRICTION, "friction_lag": 0.02}).joint == JointModel(**FRICTION, friction_lag=0.02)

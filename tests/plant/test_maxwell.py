@@ -12,16 +12,14 @@ from scipy.integrate import solve_ivp
 from stepped_joint import along_paths, run
 
 from plant import (
-    JointModel,
     MaxwellJoint,
     MaxwellState,
     RollingJoint,
     initial_state,
     sliding_friction,
-    step_joint,
     step_maxwell,
 )
-from plant.maxwell import KNOTS, scaled_maxwell
+from plant.maxwell import KNOTS
 
 FRICTION = {"coulomb": 60.0, "stiction": 90.0, "viscous": 80.0, "stribeck_velocity": 0.05}
 FIELDS = {"inertia": 20.0, **FRICTION, "displacements": [3e-4, 1e-3, 2e-3, 4e-3], "shares": [0.4, 0.3, 0.2, 0.1]}
@@ -50,17 +48,6 @@ def test_first_branch_is_the_sum_of_springs_that_slip_and_every_other_one_obeys_
     assert first == pytest.approx(virgin(up[1:]), rel=1e-9)
     assert second == pytest.approx(first[-1] - 2.0 * virgin((3e-3 - down[1:]) / 2.0), rel=1e-9, abs=1e-9)
     assert third == pytest.approx(second[-1] + 2.0 * virgin((again[1:] + 1e-3) / 2.0), rel=1e-9, abs=1e-9)
-
-
-def test_joint_remembers_the_point_where_a_minor_loop_began():
-    joint = model(**FLAT).parameters
-    to_the_point, minor = np.linspace(0.0, 1.5e-3, 151), np.linspace(0.0, -1.2e-3, 121)
-    loop = 1.5e-3 + np.concatenate([minor, minor[::-1][1:]])
-    onward = np.linspace(1.5e-3, 5e-3, 351)
-    disturbed = friction_along(joint, np.concatenate([to_the_point, loop[1:], onward[1:]]))
-    straight = friction_along(joint, np.concatenate([to_the_point, onward[1:]]))
-    assert disturbed[150 + 240 - 1] == pytest.approx(straight[149], rel=1e-9)  # the minor loop closes
-    assert disturbed[-350:] == pytest.approx(straight[-350:], rel=1e-9)  # and is wiped out
 
 
 @pytest.mark.parametrize("amplitude", [2e-4, 8e-4, 5e-3])
@@ -120,32 +107,6 @@ def test_sliding_friction_follows_with_the_time_constant_of_the_attraction():
     assert friction == pytest.approx(level + (before - level) * np.exp(-2e3 / level * time), abs=0.01 * before)
 
 
-def test_joint_of_stiff_elements_moves_as_the_rigid_one():
-    rigid = JointModel(inertia=20.0, **FRICTION).parameters
-    torques = 150.0 * np.sin(1e-3 * np.arange(8000)) + 40.0 * np.sin(0.0041 * np.arange(8000))
-    state, expected = initial_state(rigid, 0.0), [0.0]
-    for torque in torques.tolist():
-        state = step_joint(rigid, state, torque, 2e-4)
-        expected.append(state.velocity)
-    differences = []
-    for scale in (1e-2, 1e-3):
-        joint = model(displacements=(scale * REACHES).tolist(), solver_period=2e-4).parameters
-        differences.append(np.sqrt(np.mean((run(joint, REST, torques, 2e-4)[:, 0] - expected) ** 2)))
-    assert np.ptp(expected) > 0.3
-    assert differences[1] < 1e-3
-    assert differences[1] < 0.3 * differences[0]
-
-
-def test_torque_below_breakaway_holds_the_joint_where_its_springs_do():
-    joint = model(**FLAT, solver_period=1e-3).parameters
-    ramp = np.concatenate([np.linspace(0.0, 50.0, 20_000), np.full(20_000, 50.0)])
-    position = run(joint, REST, ramp, 1e-3)[-1, 2]
-    assert virgin(position)[0] == pytest.approx(50.0, rel=0.01)
-    vibrating = 40.0 + 10.0 * np.sin(0.01 * np.arange(100_000))
-    cycles = run(joint, REST, np.concatenate([ramp[:16_000], vibrating]), 1e-3)[:, 2]
-    assert np.max(cycles[-1000:]) == pytest.approx(np.max(cycles[20_000:21_000]), rel=1e-4)  # it does not creep
-
-
 @st.composite
 def steps(draw):
     shares = np.array([draw(st.floats(0.1, 1.0)) for _ in range(4)])
@@ -189,16 +150,6 @@ def test_step_solves_its_equations_and_is_odd(case):
     viscous = joint.friction.viscous * after.velocity
     assert after.friction_torque == pytest.approx(np.sum(expected) + viscous, rel=1e-9, abs=1e-9)
     assert mirrored(step_maxwell, joint, state, torque, h) == after
-
-
-def test_what_an_element_cannot_hold_any_more_is_released():
-    joint = model(**FLAT).parameters
-    state = REST
-    for _ in range(200):
-        state = step_maxwell(joint, state, 55.0, 1e-3)
-    weak = scaled_maxwell(joint, 0.5)
-    assert step_maxwell(weak, state, 0.0, 1e-9).friction_torque <= 30.0 + 1e-9
-    assert weak.stiffnesses == tuple(0.5 * value for value in joint.stiffnesses)
 
 
 @pytest.mark.parametrize("exponent", [1.5, 2.0, 3.0])

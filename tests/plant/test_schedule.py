@@ -1,6 +1,5 @@
 import math
 
-import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 from scipy.special import lambertw
@@ -20,40 +19,6 @@ def changes(*pairs):
     return [FrictionChange(time=time, friction_scale=scale) for time, scale in pairs]
 
 
-def test_without_changes_there_is_one_phase_and_friction_stays():
-    plan = schedule([], 0.001)
-    assert plan.starts.tolist() == [0]
-    assert friction_factor(plan, 0, 10.0, 3.0) == 1.0
-
-
-def test_each_phase_scales_the_original_friction():
-    plan = schedule(changes((1.0, 0.6), (2.0, 1.5)), 0.001)
-    assert plan.starts.tolist() == [0, 1000, 2000]
-    assert [friction_factor(plan, phase, 0.0, 0.0) for phase in range(3)] == [1.0, 0.6, 1.5]  # not of the phase before
-
-
-def test_a_joint_that_warms_up_loses_its_excess_friction_exponentially():
-    plan = schedule([], 0.001, FrictionVariation(warm_up_excess=0.5, warm_up_time=20.0))
-    found = [friction_factor(plan, 0, time, 1.0) for time in (0.0, 20.0 * math.log(2.0), 1e6)]
-    assert found == pytest.approx([1.5, 1.25, 1.0], rel=1e-12)
-
-
-def test_friction_that_depends_on_position_repeats_and_keeps_its_mean():
-    plan = schedule(changes((1.0, 2.0)), 0.001, FrictionVariation(position_amplitude=0.3, position_period=0.4))
-    positions = np.arange(0.0, 0.4, 0.001)
-    found = np.array([friction_factor(plan, 1, 5.0, position) for position in positions])
-    assert np.mean(found) == pytest.approx(2.0, rel=1e-12)
-    assert (found.min(), found.max()) == pytest.approx((1.4, 2.6), rel=1e-4)
-    assert friction_factor(plan, 1, 5.0, 0.1) == pytest.approx(2.6, rel=1e-12)
-    assert friction_factor(plan, 1, 5.0, -0.7) == pytest.approx(friction_factor(plan, 1, 5.0, 0.1), rel=1e-12)
-
-
-def test_friction_rises_with_weight_and_load_of_either_sign():
-    plan = schedule([FrictionChange(time=1.0, load=-30.0)], 0.001, FrictionVariation(load_share=0.01))
-    found = [friction_factor(plan, phase, 0.0, 0.0, weight) for phase, weight in ((0, 0.0), (0, -50.0), (1, 10.0))]
-    assert found == pytest.approx([1.0, 1.5, 1.2], rel=1e-12)
-
-
 HEATING = FrictionVariation(thermal_resistance=2.0, thermal_time=40.0, thinning=0.03)
 WATTS = 30.0
 """Power of the cold joint's friction at a constant speed."""
@@ -64,11 +29,6 @@ def warmth_after(seconds, period):
     for _ in range(round(seconds / period)):
         warmth = heated(plan, warmth, WATTS * friction_factor(plan, 0, 0.0, 0.0, 0.0, warmth), period)
     return warmth
-
-
-def test_constant_power_heats_exponentially():
-    plan = schedule([], 0.001, HEATING)
-    assert heated(plan, 5.0, 12.0, 40.0 * math.log(2.0)) == pytest.approx(0.5 * 5.0 + 0.5 * 24.0, rel=1e-12)
 
 
 def test_joint_at_constant_speed_settles_at_the_temperature_of_lamberts_function():

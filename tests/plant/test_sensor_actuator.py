@@ -8,11 +8,6 @@ from scipy import stats
 from plant import (
     Actuator,
     Sensor,
-    encoder_reading,
-    measured_angle,
-    measured_speed,
-    realise_torque,
-    ripple_torque,
 )
 
 
@@ -74,72 +69,9 @@ def test_faults_that_cannot_be_are_refused(fields, message):
         Sensor(**fields)
 
 
-def test_a_measured_speed_is_the_slope_of_the_measured_angle():
-    ripple, step = Sensor(ripple_amplitude=2e-3, ripple_period=0.05).angle_ripple, 1e-6
-    angles = np.linspace(-0.1, 0.1, 41)
-    rise = [measured_angle(ripple, angle + step) - measured_angle(ripple, angle - step) for angle in angles]
-    speeds = np.array([measured_speed(ripple, angle, 3.0) for angle in angles])
-    assert speeds == pytest.approx(3.0 * np.array(rise) / (2.0 * step), rel=1e-6)
-    assert np.ptp(speeds) == pytest.approx(2.0 * 3.0 * 2e-3 * 2.0 * np.pi / 0.05, rel=1e-3)
-
-
-def test_an_angle_without_ripple_is_measured_as_it_is():
-    ripple = Sensor().angle_ripple
-    assert (measured_angle(ripple, 0.1), measured_speed(ripple, 0.1, 3.0)) == (0.1, 3.0)
-
-
-@pytest.mark.parametrize(
-    ("command", "realised"),
-    [
-        (0.0, 0.0),
-        (399.9, 399.9),
-        (-399.9, -399.9),
-        (400.1, 400.0),
-        (-400.1, -400.0),
-        (1e300, 400.0),
-        (-math.inf, -400.0),
-    ],
-)
-def test_torque_limit_cuts_both_ways_and_leaves_the_rest_alone(command, realised):
-    assert realise_torque(Actuator(torque_limit=400.0).parameters, command, 0.0, 0.01) == realised
-
-
-@pytest.mark.parametrize("command", [0.0, -1e12, 1e300])
-def test_drive_without_a_limit_gives_what_is_asked(command):
-    assert realise_torque(Actuator().parameters, command, 5.0, 0.01) == command
-
-
-@pytest.mark.parametrize(
-    ("command", "realised"), [(0.0, 0.0), (0.9, 0.0), (1.1, 2.0), (-0.9, 0.0), (-3.1, -4.0), (7.4, 6.0), (-99.0, -6.0)]
-)
-def test_torque_is_rounded_to_the_resolution_and_never_beyond_the_limit(command, realised):
-    drive = Actuator(torque_limit=7.0, torque_resolution=2.0).parameters
-    assert realise_torque(drive, command, 0.0, 0.01) == realised
-
-
-def test_rate_limit_holds_the_torque_back_in_proportion_to_the_time():
-    drive = Actuator(rate_limit=100.0).parameters
-    assert realise_torque(drive, 50.0, 10.0, 0.01) == pytest.approx(11.0, rel=1e-14)
-    assert realise_torque(drive, -50.0, 10.0, 0.02) == pytest.approx(8.0, rel=1e-14)
-    assert realise_torque(drive, 10.5, 10.0, 0.01) == 10.5
-
-
-def test_ripple_has_its_amplitude_and_period_and_no_mean():
-    drive = Actuator(ripple_amplitude=3.0, ripple_period=0.2).parameters
-    torques = np.array([ripple_torque(drive, position) for position in np.arange(0.0, 0.2, 1e-4)])
-    assert np.max(torques) == pytest.approx(3.0, rel=1e-6)
-    assert np.mean(torques) == pytest.approx(0.0, abs=1e-12)
-    assert ripple_torque(drive, 0.05) == pytest.approx(3.0, rel=1e-12)
-
-
 def test_resolution_beyond_the_limit_is_refused():
     with pytest.raises(ValidationError, match=r"torque_resolution = 500 N m is not allowed: .* at most torque_limit"):
         Actuator(torque_limit=400.0, torque_resolution=500.0)
-
-
-@pytest.mark.parametrize(("position", "reading"), [(0.0, 0.0), (0.04, 0.0), (0.06, 0.1), (-0.06, -0.1), (12.34, 12.3)])
-def test_encoder_gives_the_next_multiple_of_its_resolution(position, reading):
-    assert encoder_reading(0.1, position) == pytest.approx(reading, abs=1e-12)
 
 
 def test_encoder_beside_velocity_noise_is_refused():

@@ -7,7 +7,6 @@ from drawn_joints import mirrored
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
-from scipy.optimize import brentq
 from stepped_joint import run
 
 from plant import JointParameters, JointState, Stribeck, initial_state, sliding, sliding_friction, step_joint
@@ -25,7 +24,6 @@ def symmetric(friction, lag):
 
 
 PROMPT = symmetric(STRIBECK, 0.0)
-LAGGED = symmetric(STRIBECK, 0.02)
 
 
 def constant(torque, duration, period):
@@ -133,49 +131,6 @@ def test_plan_of_reversal_stop_rest_and_breakaway_follows_solve_ivp():
 @pytest.mark.parametrize("torque", [0.0, 89.9999, -89.9999])
 def test_joint_rests_exactly_for_an_hour_below_breakaway(torque):
     assert not np.any(run(PROMPT, REST, np.full(3_600_000, torque), 1e-3)[:, 0])
-
-
-def test_slow_ramp_with_lag_breaks_away_where_torque_and_its_slope_reach_stiction():
-    rate, period = 0.1, 1e-3  # at rest F = u + tau u'
-    ramp = rate * period * np.arange(1, 1_000_001)
-    velocity = run(LAGGED, REST, ramp, period)[1:, 0]
-    moving = int(np.nonzero(velocity)[0][0])
-    assert ramp[moving] + 0.02 * rate == pytest.approx(90.0, abs=2.0 * rate * period)
-    assert velocity[moving] > 0.0
-
-
-@pytest.mark.parametrize("joint", [PROMPT, LAGGED])
-@pytest.mark.parametrize("torque", [90.01, -95.0, 300.0])
-def test_joint_above_breakaway_reaches_the_speed_at_which_friction_holds_the_torque(joint, torque):
-    speed = brentq(lambda x: sliding_friction(STRIBECK, x) - abs(torque), 0.1, 10.0, xtol=1e-14)
-    motion = run(joint, REST, np.full(20_000, torque), 1e-3)
-    assert motion[-1, 0] == pytest.approx(math.copysign(speed, torque), rel=1e-9)
-
-
-def test_torque_step_below_stiction_moves_a_lagged_joint_briefly_and_a_prompt_one_not():
-    push = constant(50.0, 1.0, 1e-4)
-    assert not np.any(run(PROMPT, REST, push, 1e-4)[:, 0])
-    velocity = run(LAGGED, REST, push, 1e-4)[:, 0]
-    assert 0.018 < np.max(velocity) < 0.019
-    assert np.argmax(velocity) * 1e-4 == pytest.approx(0.018, abs=0.001)
-    assert not np.any(velocity[2000:])  # it sticks again within 0.2 s
-
-
-def test_joint_that_brakes_by_friction_alone_stops_without_chatter():
-    velocity = run(PROMPT, initial_state(PROMPT, 0.3), np.zeros(10_000), 1e-4)[:, 0]
-    stop = int(np.argmin(velocity))
-    assert np.all(np.diff(velocity[: stop + 1]) < 0.0)
-    assert velocity[stop] == 0.0
-    assert not np.any(velocity[stop:])
-
-
-def test_lagged_joint_that_brakes_overshoots_ever_less_and_comes_to_rest():
-    velocity = run(LAGGED, initial_state(LAGGED, 0.3), np.zeros(10_000), 1e-4)[:, 0]
-    assert not np.any(velocity[3000:])
-    arcs = np.split(velocity, np.nonzero(np.diff(np.sign(velocity)))[0] + 1)
-    peaks = np.array([np.max(np.abs(arc)) for arc in arcs])
-    assert np.all(np.diff(peaks[:6]) < 0.0)
-    assert np.all(peaks[6:] < peaks[5])
 
 
 @st.composite

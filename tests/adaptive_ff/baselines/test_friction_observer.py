@@ -4,7 +4,6 @@ import math
 
 import numpy as np
 import pytest
-from plan_inputs import plan_inputs
 from scipy.integrate import solve_ivp
 
 from adaptive_ff.baselines.friction_observer import (
@@ -13,16 +12,12 @@ from adaptive_ff.baselines.friction_observer import (
     mobilised_fraction,
     step_presliding,
 )
-from adaptive_ff.friction.feedforward import initial_feedforward_state, step_feedforward
 from adaptive_ff.friction.model import TorqueModel
-from controllers import PI
-from plant import ElastoPlasticJoint, Joint
 
 PERIOD = 0.01
 GAINS = (1256.0, 15_000.0)
 MODEL = TorqueModel(20.0, 60.0, 90.0, 80.0, 0.02, 0.05, 1.0)
 OBSERVER = {"velocity_gain": 0.3, "disturbance_gain": 100.0}
-FIELDS = ("inertia", "coulomb", "stiction", "viscous", "friction_lag", "stribeck_velocity")
 
 
 def plan(k):
@@ -46,14 +41,6 @@ def test_mobilised_fraction_runs_along_the_curve_from_reversal_to_reversal():
         assert mobilised_fraction(2e-3, 0.0, 2e-3 * z) == pytest.approx(z * (1.0 - math.log(z)), rel=1e-12)
     assert mobilised_fraction(2e-3, -0.4, 0.0) == -0.4
     assert mobilised_fraction(2e-3, -0.4, 5e-3) == pytest.approx(1.0, rel=1e-15)
-
-
-def test_without_presliding_it_is_the_feedforward_of_the_lagged_model():
-    found, state, expected = along(1e-9, 300), initial_feedforward_state(), []
-    for k in range(300):
-        torque, state = step_feedforward(MODEL._replace(inertia=0.0), state, plan_inputs(plan(k), plan(k + 1)), PERIOD)
-        expected.append(torque)
-    assert found == pytest.approx(np.array(expected), abs=0.2)  # N m, of 100
 
 
 def way(time):
@@ -83,26 +70,3 @@ def test_friction_solves_the_differential_equation_of_its_lag():
     found = along(0.02, 13_000, model, period)
     assert np.ptp(exact) > 110.0
     assert found == pytest.approx(0.5 * (exact[:-1] + exact[1:]), abs=2e-2)
-
-
-def errors(controller, joint):
-    controller.run_uncompiled()
-    moving, found = Joint(joint), []
-    for k in range(800):
-        velocity = float(moving.state.velocity)
-        found.append(plan(k) - velocity)
-        moving.step(controller.step(plan(k), velocity, next_reference=plan(k + 1)), PERIOD)
-    return math.sqrt(np.mean(np.array(found[200:]) ** 2))
-
-
-def test_joint_that_the_model_describes_is_tracked():
-    joint = ElastoPlasticJoint(**{name: getattr(MODEL, name) for name in FIELDS}, presliding=3e-3)
-    controller = FrictionObserver(*GAINS, PERIOD, MODEL, presliding=3e-3, **OBSERVER)
-    assert errors(controller, joint) < 0.2 * errors(PI(*GAINS, PERIOD), joint)
-
-
-def test_observer_finds_a_load_that_the_model_does_not_know():
-    joint = ElastoPlasticJoint(**{name: getattr(MODEL, name) for name in FIELDS}, presliding=3e-3, offset=25.0)
-    controller = FrictionObserver(*GAINS, PERIOD, MODEL, presliding=3e-3, **OBSERVER)
-    errors(controller, joint)
-    assert controller.disturbance == pytest.approx(25.0, abs=6.0)

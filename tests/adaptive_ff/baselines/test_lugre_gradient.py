@@ -6,8 +6,6 @@ import numpy as np
 import pytest
 
 from adaptive_ff.baselines.lugre_gradient import COULOMB, NAMES, STICTION, STIFFNESS, LuGreGradient, bend_in_place
-from controllers import PI
-from plant import Joint, LuGreJoint
 
 PERIOD = 0.01
 GAINS = (1256.0, 15_000.0)
@@ -62,39 +60,3 @@ def test_bristles_follow_their_equation_and_stop_at_the_level():
     assert controller.state.slopes[COULOMB] == pytest.approx(adhesion - 1.0, rel=1e-6)
     assert controller.state.slopes[STICTION] == pytest.approx(-adhesion, rel=1e-6)
     assert abs(controller.state.slopes[STIFFNESS]) < 1e-9
-
-
-def tracked(controller, joint):
-    """Errors at the samples on a joint."""
-    controller.run_uncompiled()
-    moving, errors = Joint(joint), []
-    for now, following in zip(PLAN[:-1].tolist(), PLAN[1:].tolist(), strict=True):
-        velocity = float(moving.state.velocity)
-        errors.append(now - velocity)
-        moving.step(controller.step(now, velocity, next_reference=following), PERIOD)
-    return np.array(errors)
-
-
-def test_lugre_joint_is_learnt_and_tracked():
-    joint = LuGreJoint(
-        inertia=20.0, coulomb=60.0, stiction=90.0, viscous=80.0, stribeck_velocity=0.05, stiffness=2e4, damping=100.0
-    )
-    controller = LuGreGradient(*GAINS, PERIOD, **{**ASSUMED, "stiffness": 1e5}, floor=0.8)
-    learnt, without = tracked(controller, joint)[-1000:], tracked(PI(*GAINS, PERIOD), joint)[-1000:]
-    assert np.sqrt(np.mean(learnt**2)) < 0.2 * np.sqrt(np.mean(without**2))
-    found = controller.estimates
-    assert found["coulomb"] == pytest.approx(60.0, rel=0.15)
-    assert 65.0 < found["stiction"] < 100.0  # the motion is slow for too short a time to tell more
-    assert found["stiffness"] == pytest.approx(2e4, rel=0.3)
-
-
-@pytest.mark.parametrize("given", [{"realised_torque": 50.0}, {"velocity": math.nan}])
-def test_nothing_is_learnt_where_the_drive_refused_or_the_measurement_is_lost(given):
-    controller = LuGreGradient(*GAINS, PERIOD, **ASSUMED).run_uncompiled()
-    for k in range(20):
-        controller.step(PLAN[k], 0.0, next_reference=PLAN[k + 1])
-    before = controller.state.parameters.copy()
-    controller.step(PLAN[20], **{"velocity": 0.0, **given}, next_reference=PLAN[21])
-    assert np.array_equal(controller.state.parameters, before)
-    controller.step(PLAN[21], 0.0, next_reference=PLAN[22])
-    assert not np.array_equal(controller.state.parameters, before)

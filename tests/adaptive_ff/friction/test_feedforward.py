@@ -1,5 +1,4 @@
 import functools
-import itertools
 import math
 
 import numpy as np
@@ -10,16 +9,13 @@ from hypothesis import strategies as st
 from plan_inputs import plan_inputs
 from scipy.integrate import solve_ivp
 
-from adaptive_ff.baselines.model_based import ModelBased
 from adaptive_ff.friction.feedforward import (
     BENT_FADING,
     FADING,
     HELD,
-    TURNED,
     FeedforwardState,
     initial_feedforward_state,
     step_feedforward,
-    turning_speed,
 )
 from adaptive_ff.friction.model import TorqueModel, directed_friction, model_friction
 from adaptive_ff.scenario.truth import true_model
@@ -88,28 +84,6 @@ def test_stribeck_friction_is_integrated_with_second_order_in_the_change_of_the_
     assert math.log2(errors[1] / errors[2]) == pytest.approx(2.0, abs=0.2)
 
 
-@pytest.mark.parametrize(("start", "end"), PIECES)
-def test_without_lag_friction_follows_the_static_curve_at_once(start, end):
-    prompt = MODEL._replace(friction_lag=0.0)
-    expected = prompt.inertia * (end - start) / PERIOD
-    for share, first, last in pieces(start, end):
-        mean = 0.5 * sum(static_friction(prompt, speed, first + last) for speed in (first, last))
-        expected += share * mean
-    torque, state = step_feedforward(prompt, FeedforwardState(-50.0, 0.0, True), plan_inputs(start, end), PERIOD)
-    assert torque == pytest.approx(expected, rel=1e-12)
-    assert state.friction == pytest.approx(static_friction(prompt, last, first + last), rel=1e-12)
-
-
-@pytest.mark.parametrize("lag", [1e-9, 1e-6])
-@pytest.mark.parametrize(("start", "end"), PIECES)
-def test_short_lag_tends_to_none(start, end, lag):
-    state = FeedforwardState(-50.0, 0.0, True)
-    prompt = step_feedforward(MODEL._replace(friction_lag=0.0), state, plan_inputs(start, end), PERIOD)
-    lagged = step_feedforward(MODEL._replace(friction_lag=lag), state, plan_inputs(start, end), PERIOD)
-    assert lagged[0] == pytest.approx(prompt[0], abs=400.0 * lag / PERIOD)
-    assert lagged[1].friction == pytest.approx(prompt[1].friction, abs=1e4 * lag)
-
-
 @pytest.mark.parametrize("lag", [0.0, 0.02])
 @pytest.mark.parametrize("direction", [1.0, -1.0])
 def test_at_rest_a_share_of_coulomb_friction_is_held_and_the_rest_fades(lag, direction):
@@ -144,21 +118,6 @@ def test_at_rest_bent_bristles_hold_all_friction_for_longer():
     assert torque == pytest.approx(state.friction, rel=PERIOD / BENT_FADING)
 
 
-def test_without_preview_the_last_slope_of_the_reference_is_continued():
-    reference = 0.1 + 0.05 * np.sin(0.2 * np.arange(30))
-    blind, guided = initial_feedforward_state(), initial_feedforward_state()
-    for last, now in itertools.pairwise([reference[0], *reference]):
-        found, blind = step_feedforward(MODEL, blind, plan_inputs(now, math.nan), PERIOD)
-        expected, guided = step_feedforward(MODEL, guided, plan_inputs(now, 2.0 * now - last), PERIOD)
-        assert found == pytest.approx(expected, rel=1e-13)
-        assert blind == pytest.approx(guided, rel=1e-13)
-
-
-def test_without_preview_the_first_sample_takes_the_reference_as_constant():
-    first = step_feedforward(MODEL, initial_feedforward_state(), plan_inputs(0.1, math.nan), PERIOD)
-    assert first == step_feedforward(MODEL, initial_feedforward_state(), plan_inputs(0.1, 0.1), PERIOD)
-
-
 @pytest.mark.parametrize("delay", [0.5, 1.0, 2.3])
 @pytest.mark.parametrize("preview", [True, False])
 def test_delayed_torque_along_a_ramp_is_the_torque_of_that_much_later(delay, preview):
@@ -177,15 +136,6 @@ def test_delayed_torque_along_a_ramp_is_the_torque_of_that_much_later(delay, pre
         assert early.reference == ramp(k)
 
 
-@pytest.mark.parametrize(("delay", "first"), [(0.0, 50), (1.0, 49), (2.0, 48)])
-def test_model_that_changes_is_fed_forward_for_the_period_in_which_it_acts(delay, first):
-    model = MODEL._replace(friction_lag=0.0)
-    changes = [(0.5, model._replace(coulomb=0.5 * model.coulomb))]
-    controller = ModelBased(0.0, 0.0, PERIOD, model, changes, delay=delay)
-    torques = [controller.step(0.2, 0.2, next_reference=0.2) for _ in range(60)]
-    assert np.flatnonzero(np.diff(torques)).tolist() == [first - 1]
-
-
 frictions = st.builds(
     lambda coulomb, excess, viscous, velocity, shape: Stribeck(coulomb, coulomb + excess, viscous, velocity, shape),
     st.floats(0.0, 200.0),
@@ -202,11 +152,6 @@ def test_friction_of_the_model_is_that_of_the_plant(friction, speed):
     hypothesis = TorqueModel(20.0, *friction[:3], 0.02, *friction[3:])
     truth = sliding_friction(friction, speed)
     assert model_friction(hypothesis, speed) == pytest.approx(truth, rel=1e-12, abs=1e-12)
-
-
-def test_model_has_the_fields_of_the_joint_in_its_table():
-    joint = SCENARIO.joint.model_dump()
-    assert true_model(SCENARIO)._asdict() == {name: joint.get(name, 0.0) for name in TorqueModel._fields}
 
 
 FORWARD = MODEL._replace(coulomb=70.0, stiction=105.0, viscous=95.0)
@@ -255,25 +200,6 @@ def test_mean_torque_is_the_integral_of_the_lagged_friction_with_and_without_rev
     assert state.reference == start
 
 
-def test_the_offset_is_fed_forward_at_rest_as_well_and_at_once():
-    torque, state = step_feedforward(UNEQUAL, initial_feedforward_state(), plan_inputs(0.0, 0.0), PERIOD)
-    assert torque == UNEQUAL.offset
-    assert state.friction == 0.0
-
-
-def test_model_in_force_is_the_one_of_the_moment():
-    times = np.arange(0.0, 1.0, PERIOD)
-    reference = 0.2 * np.sin(10.0 * times)
-    halved = TorqueModel.from_directions(20.0, (35.0, 25.0), (52.5, 30.0), (47.5, 30.0), 0.02, 0.05, 1.0, LOAD)
-    controller, state = ModelBased(0.0, 0.0, PERIOD, UNEQUAL, [(0.495, halved)]), initial_feedforward_state()
-    for time, (now, following) in zip(times, itertools.pairwise(reference), strict=False):
-        found = controller.step(now, 0.0, next_reference=following)
-        expected, state = step_feedforward(
-            halved if time > 0.485 else UNEQUAL, state, plan_inputs(now, following), PERIOD
-        )
-        assert found == pytest.approx(expected, rel=1e-12)
-
-
 def tracking_error(name, solver_period, substeps, **joint):
     """Root of the mean square of the error along a motion with reversals, without noise."""
     scenario = SCENARIO.modified(
@@ -293,47 +219,3 @@ def test_true_parameters_fed_forward_leave_an_error_that_vanishes_with_the_perio
     assert errors[2] < 0.15e-3
     assert errors[2] < 0.01 * tracking_error("pi", 2.5e-4, 4)
     assert errors[2] < 0.03 * tracking_error("fixed", 2.5e-4, 4)
-
-
-SLOW = turning_speed(MODEL, MODEL.inertia, PERIOD)
-"""Speed up to which friction of the other direction is held, rad/s."""
-
-
-@pytest.mark.parametrize("stiction", [40.0, 90.0], ids=["rising", "falling"])
-def test_friction_turns_at_a_speed_that_it_gives_the_joint_in_a_share_of_a_period(stiction):
-    found = turning_speed(MODEL._replace(stiction=stiction), 0.5, 0.01)
-    assert found == pytest.approx(TURNED * max(stiction, MODEL.coulomb) * 0.01 / 0.5, rel=1e-12)
-    assert turning_speed(MODEL, 0.0, PERIOD) == 0.0
-
-
-def frictions_along(plan, turned):
-    """Friction fed forward in each period along a plan, N m."""
-    state, found = FeedforwardState(50.0, plan[0], True), []
-    for reference, following in itertools.pairwise(plan):
-        torque, state = step_feedforward(MODEL, state, plan_inputs(reference, following), PERIOD, turned=turned)
-        found.append(torque - MODEL.offset - MODEL.inertia * (following - reference) / PERIOD)
-    return np.array(found)
-
-
-def test_a_plan_that_hardly_crosses_zero_does_not_turn_friction():
-    plan = np.array([0.02, 0.0, *[-0.9 * SLOW] * 5, 0.0, 0.02])
-    held, turned = frictions_along(plan, SLOW), frictions_along(plan, 0.0)
-    assert np.min(held) > 0.5 * HELD * MODEL.coulomb
-    assert np.min(turned) < 0.0
-    rest = frictions_along(np.array([0.02, *[0.0] * 7]), 0.0)
-    assert held[1:6] == pytest.approx(rest[1:6])
-
-
-def test_beyond_that_speed_friction_turns():
-    """At once where the plan is beyond it within a period, else when it comes there."""
-    plan = [0.02, -0.02, -0.02]
-    assert frictions_along(plan, SLOW) == pytest.approx(frictions_along(plan, 0.0))
-    steps = frictions_along([0.02, 0.0, -0.5 * SLOW, -0.9 * SLOW, -1.1 * SLOW, -2.0 * SLOW], SLOW)
-    assert np.all(steps[1:3] > 0.0)
-    assert steps[3] < steps[2] - 10.0
-    assert steps[4] < 0.0
-
-
-def test_friction_of_the_same_direction_is_never_held():
-    plan = np.array([0.5, 0.9, 0.5, 0.2, 0.0]) * SLOW
-    assert frictions_along(plan, SLOW) == pytest.approx(frictions_along(plan, 0.0))

@@ -13,11 +13,7 @@ from plan_inputs import plan_inputs
 from scipy.integrate import solve_ivp
 
 from adaptive_ff.friction.feedforward import (
-    BENT_FADING,
     FeedforwardState,
-    bent_friction,
-    friction_along,
-    lagged_ramp,
     step_feedforward,
 )
 from adaptive_ff.friction.model import TorqueModel
@@ -74,41 +70,3 @@ def test_friction_along_a_plan_solves_the_equations_of_the_bristles(sign, micro_
     found = along(MODEL._replace(micro_damping=micro_damping), sign * PLAN)
     for own, oracle in zip(found[:5], found[5:], strict=True):
         assert np.max(np.abs(own - oracle)) <= 4e-3 * np.max(np.abs(oracle))
-
-
-def test_pieces_are_as_fine_as_one_step_allows():
-    """A period that takes the bristles most of the way: a rule of other places or weights would be further off."""
-    state, known = FeedforwardState(0.0, 0.0, True), np.zeros(3)
-    torque, state = step_feedforward(MODEL, state, plan_inputs(0.02, 0.3), PERIOD)
-    integral, known = by_scipy(MODEL, known, 0.02, 0.3)
-    assert torque == pytest.approx((MODEL.inertia * 0.28 + integral) / PERIOD + MODEL.offset, rel=2e-3)
-    assert (state.friction, state.slip, state.adhesion) == pytest.approx(tuple(known), rel=5e-3, abs=2e-3)
-
-
-def test_a_plan_at_rest_leaves_the_bristles_as_they_are():
-    state = FeedforwardState(5.0, 0.0, True, 0.3, -0.1)
-    torque, after = step_feedforward(MODEL, state, plan_inputs(0.0, 0.0), PERIOD)
-    assert (after.slip, after.adhesion) == (0.3, -0.1)
-    assert 0.0 < after.friction < torque - MODEL.offset < 5.0
-    assert after.friction == pytest.approx(5.0 * math.exp(-PERIOD / BENT_FADING), rel=1e-12)
-
-
-def test_a_ramp_without_lag_or_duration_is_followed_at_once():
-    assert lagged_ramp(5.0, 1.0, 3.0, 0.0, 0.5) == (1.0, 3.0)
-    assert lagged_ramp(5.0, 1.0, 3.0, 0.02, 0.0) == (0.0, 3.0)
-    integral, friction = lagged_ramp(5.0, 1.0, 3.0, 1e-9, 0.5)
-    assert (integral, friction) == pytest.approx((1.0, 3.0), rel=1e-7)
-
-
-def test_no_time_bends_no_bristles():
-    assert friction_along(MODEL, 4.0, 0.3, 0.1, 0.05, 0.0, 0.0) == (0.0, 4.0, 0.3, 0.1)
-
-
-def test_bent_friction_is_the_sum_of_its_parts():
-    assert bent_friction(MODEL, 0.4, 0.2, 0.03, 1.0) == pytest.approx(static(MODEL, 0.4, 0.2, 0.03, 1.0), rel=1e-14)
-    assert bent_friction(MODEL, 0.4, 0.2, -0.03, -1.0) == pytest.approx(static(MODEL, 0.4, 0.2, -0.03, -1.0), rel=1e-14)
-    one_sided = MODEL._replace(stiction_asymmetry=2.0, viscous_asymmetry=3.0)
-    added = 2.0 * math.exp(-0.03 / STRIBECK) + 3.0 * 0.03
-    assert bent_friction(one_sided, 0.4, 0.2, -0.03, -1.0) == pytest.approx(
-        static(MODEL, 0.4, 0.2, -0.03, -1.0) + added, rel=1e-14
-    )

@@ -5,7 +5,7 @@ import pytest
 from scipy import stats
 
 from adaptive_ff.friction.model import ESTIMATED, TorqueModel
-from adaptive_ff.learning.batch import identify_series, identify_torque_form, slides_one_way
+from adaptive_ff.learning.batch import identify_series, identify_torque_form
 from adaptive_ff.learning.batch_least_squares import fit_least_squares
 from adaptive_ff.learning.series import COEFFICIENTS, series_coefficients
 from plant import JointParameters, JointState, Stribeck, step_joint
@@ -94,11 +94,6 @@ def test_bad_data_are_refused_by_name_value_and_rule(change, message):
         fit_least_squares(**{"regressors": matrix, "outputs": outputs, **change})
 
 
-def test_unknown_parameter_is_answered_with_the_known_ones():
-    with pytest.raises(ValueError, match=r"'x' is not known; allowed: p0, p1, p2"):
-        fit_least_squares(*regression(60, 0.1)).estimate("x")
-
-
 def recursion(seed, count=3000, noise=0.0, runs=1):
     """Torques and velocities by (4), written out once more; independent runs side by side."""
     rng = np.random.default_rng(seed)
@@ -135,25 +130,6 @@ def test_series_returns_the_joint_behind_the_recursion():
     assert found.used.tolist() == [False, False, *[True] * 2998]
 
 
-def test_series_takes_the_torque_as_it_is_handed_in():
-    torque, velocity = recursion(5)
-    commanded = np.append(torque[1:, 0], 0.0)  # what will act over the period after the sample
-    found = identify_series(velocity[:, 0], np.roll(commanded, 1), PERIOD, **GIVEN)
-    assert found.model.inertia == pytest.approx(20.0, rel=1e-6)
-    with pytest.raises(ValueError, match="b0 must be larger than b1"):
-        identify_series(velocity[:, 0], -torque[:, 0], PERIOD, **GIVEN)
-
-
-def test_series_uses_only_the_samples_it_is_told():
-    torque, velocity = (array[:, 0].copy() for array in recursion(5))
-    velocity[1500] += 1.0  # spoils the three equations it appears in
-    spoilt = identify_series(velocity, torque, PERIOD, **GIVEN)
-    assert abs(spoilt.model.inertia / 20.0 - 1.0) > 0.01
-    use = np.ones(3000, dtype=bool)
-    use[1500:1503] = False
-    assert identify_series(velocity, torque, PERIOD, use=use, **GIVEN).model == pytest.approx(JOINT, rel=1e-6)
-
-
 def test_standard_errors_of_the_physical_parameters_are_their_scatter():
     torque, velocity = recursion(6, count=1500, noise=1e-3, runs=200)
     found = [identify_series(velocity[:, run], torque[:, run], PERIOD, **GIVEN) for run in range(200)]
@@ -161,12 +137,6 @@ def test_standard_errors_of_the_physical_parameters_are_their_scatter():
         scatter = np.std([each.physical[name].value for each in found])
         claimed = np.mean([each.physical[name].standard_error for each in found])
         assert claimed == pytest.approx(scatter, rel=0.2)
-
-
-def test_sliding_one_way_needs_three_samples_of_one_sign_that_are_fast_enough():
-    velocity = [0.3, 0.2, 0.1, 0.2, -0.2, -0.1, -0.3, -0.05, -0.2, -0.2, -0.2]
-    found = slides_one_way(velocity, 0.1)
-    assert np.flatnonzero(found).tolist() == [2, 3, 6, 10]
 
 
 @pytest.fixture(scope="module")
@@ -209,37 +179,6 @@ def test_standard_errors_of_the_torque_form_are_its_scatter_under_noise_of_the_t
         scatter = np.std([each.physical[name].value for each in found])
         claimed = np.mean([each.physical[name].standard_error for each in found])
         assert claimed == pytest.approx(scatter, rel=0.4)
-
-
-def test_torque_form_may_start_in_motion(jittered_log):
-    start = int(np.argmax(jittered_log[1]))
-    time, velocity, torque = (array[start : start + 250] for array in jittered_log)
-    gate = {**GATE, "hold": 0.0}  # from the first sample on
-    found = identify_torque_form(time, velocity, torque, **GIVEN, **gate)
-    assert [found.physical[name].value for name in ("inertia", "coulomb", "viscous")] == pytest.approx(
-        [20.0, 60.0, 80.0], rel=0.1
-    )
-
-
-def test_torque_form_needs_the_real_times_and_the_torque_that_acted(jittered_log):
-    time, velocity, torque = jittered_log
-    even = np.linspace(0.0, time[-1], time.size)
-    for wrong in ((even, velocity, torque), (time, velocity, np.roll(torque, -1))):
-        found = identify_torque_form(*wrong, **GIVEN, **GATE)
-        assert max(abs(found.physical[name].value / getattr(JOINT, name) - 1.0) for name in ESTIMATED) > 0.2
-
-
-def test_torque_form_uses_samples_only_a_hold_after_slow_motion(jittered_log):
-    time, velocity, torque = jittered_log
-    used = identify_torque_form(time, velocity, torque, **GIVEN, **GATE).used
-    slow = np.abs(velocity) < GATE["slowest"]
-    last = -math.inf
-    for k in range(time.size):
-        last = time[k] if slow[k] else last
-        assert not used[k] or time[k] - last > GATE["hold"] - 1e-9
-    assert np.count_nonzero(used) > 0.5 * time.size
-    open_gate = identify_torque_form(time, velocity, torque, **GIVEN, filter_pole=60.0, slowest=0.0, hold=0.0)
-    assert np.array_equal(open_gate.used[1:], velocity[1:] != 0.0)
 
 
 @pytest.mark.parametrize(

@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from adaptive_ff.friction.model import TorqueModel, stiction_fraction
-from adaptive_ff.learning.series import COEFFICIENTS, series_coefficients, series_regressors, write_physical
+from adaptive_ff.friction.model import TorqueModel
+from adaptive_ff.learning.series import series_coefficients, series_regressors, write_physical
 
 JOINT = TorqueModel(20.0, 60.0, 90.0, 80.0, 0.02, 0.05, 1.0)
 PERIOD = 0.01
@@ -122,14 +122,3 @@ def test_coefficients_that_no_joint_has_are_refused_and_the_row_is_left(wrong):
     row = np.arange(5.0)
     assert not write_physical(np.array(coefficients), PERIOD, row)
     assert row.tolist() == [0.0, 1.0, 2.0, 3.0, 4.0]
-
-
-@given(st.floats(0.0, 10.0), st.floats(1e-3, 1.0), st.floats(0.3, 3.0))
-def test_share_of_stiction_falls_from_one_by_the_power_law(speed, stribeck_velocity, shape):
-    for exact in (shape, 1.0, 2.0):
-        expected = math.exp(-math.pow(speed / stribeck_velocity, exact))
-        assert stiction_fraction(speed, stribeck_velocity, exact) == pytest.approx(expected, rel=1e-12)
-
-
-def test_names_follow_the_order_of_the_regression():
-    assert COEFFICIENTS == series_coefficients(JOINT, PERIOD)._fields == ("a1", "a2", "b0", "b1", "c1", "d1")

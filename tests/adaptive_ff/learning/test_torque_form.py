@@ -7,7 +7,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import quad
 
-from adaptive_ff.learning.sliding_gate import sliding_time
 from adaptive_ff.learning.torque_form import (
     FILTER_ADHESION,
     FILTER_COULOMB,
@@ -17,8 +16,6 @@ from adaptive_ff.learning.torque_form import (
     TorqueForm,
     advance_signals_in_place,
     initial_signals,
-    regressor_names,
-    settle_signals_in_place,
     write_regressors,
 )
 
@@ -100,19 +97,6 @@ def test_reversal_within_a_step_is_seen_where_it_happens(place):
     assert abs(unsplit - exact) > 1e-3
 
 
-def test_columns_of_an_offset_and_of_directions_are_there_where_they_are_asked_for():
-    signals, row = settle_signals_in_place(FORM, initial_signals(8), -0.08), np.empty(9)
-    before = signals.filters.copy()
-    signals = advance_signals_in_place(FORM, signals, 0.0, -0.08, 0.01)
-    assert signals.filters == pytest.approx(before, abs=1e-15)
-    write_regressors(FORM, signals, row)
-    share = math.exp(-1.6)
-    assert row[2:5] == pytest.approx([share - 1.0, -share, -0.08], rel=1e-12)
-    assert row[6:] == pytest.approx([1.0, share, 0.08], rel=1e-12)
-    assert initial_signals(6).filters.shape == initial_signals().filters.shape == (4, 2)
-    assert regressor_names(("inertia", "offset")) == ("inertia_lag", "inertia", "offset")
-
-
 def test_torque_is_held_over_the_period_that_ends_and_its_slope_is_regressed_with_a_minus():
     signals, row = initial_signals(), np.empty(6)
     signals = advance_signals_in_place(FORM, signals, 7.0, 0.0, 0.02)  # p t = 1
@@ -120,30 +104,3 @@ def test_torque_is_held_over_the_period_that_ends_and_its_slope_is_regressed_wit
     assert torque == pytest.approx(7.0 * (1.0 - 2.0 * math.exp(-1.0)), rel=1e-12)
     assert row == pytest.approx([0.0, 0.0, 0.0, 0.0, 0.0, -7.0 * 50.0 * math.exp(-1.0)], rel=1e-12)
     assert signals.filters[FILTER_TORQUE, 0] == torque
-
-
-@pytest.mark.parametrize("count", [5, 8])
-@pytest.mark.parametrize("velocity", [0.03, -0.2, 0.0])
-def test_settled_filters_are_those_of_a_motion_that_has_lasted(velocity, count):
-    moved = initial_signals(count)._replace(velocity=velocity)
-    for _ in range(100):
-        moved = advance_signals_in_place(FORM, moved, 0.0, velocity, 0.01)
-    settled = settle_signals_in_place(FORM, initial_signals(count), velocity)
-    assert settled.filters == pytest.approx(moved.filters, rel=1e-12, abs=1e-12)
-    assert settled.velocity == velocity
-
-
-@pytest.mark.parametrize(
-    ("velocity", "reference", "valid", "expected"),
-    [
-        (0.2, 0.1, True, 0.31),
-        (0.1, 0.1, True, 0.31),  # exactly the speed of the gate
-        (-0.2, -0.1, True, 0.31),
-        (0.099, 0.1, True, 0.0),
-        (0.2, -0.1, True, 0.0),
-        (0.2, 0.0, True, 0.0),
-        (0.2, 0.1, False, 0.0),
-    ],
-)
-def test_a_joint_slides_while_it_moves_fast_enough_along_its_reference(velocity, reference, valid, expected):
-    assert sliding_time(0.3, velocity, reference, valid, 0.1, 0.01) == pytest.approx(expected)

@@ -10,7 +10,7 @@ from adaptive_ff import compare, simulate
 from adaptive_ff.comparison.own import own_controller
 from adaptive_ff.simulation.experiment import build_setup, empty_record
 from adaptive_ff.simulation.loop import run_compiled, run_plain, start_position
-from plant import Actuator, Joint, ripple_torque
+from plant import Joint
 
 SHORT = SCENARIO.modified(duration=6.0)
 
@@ -65,32 +65,6 @@ def test_parts_of_a_delayed_run_make_no_difference(part):
         state, position = run_compiled(block.parameters, state, setup, position, stop, pieces)
     assert np.array_equal(whole.velocity, pieces.velocity)
     assert np.ptp(whole.velocity) > 0.01
-
-
-def test_ripple_moves_the_joint_and_is_not_reported():
-    actuator = Actuator(ripple_amplitude=40.0, ripple_period=0.01)
-    setup = build_setup(SCENARIO.modified(duration=1.0, actuator={"ripple_amplitude": 40.0, "ripple_period": 0.01}))
-    record, _ = run_script(setup, [200.0] * 100)
-    assert np.array_equal(record.torque, [200.0] * 100)
-    joint, expected = Joint(SCENARIO.joint), [0.0]
-    for _ in range(1000):
-        expected.append(joint.step(200.0 + ripple_torque(actuator.parameters, joint.state.position), 0.001))
-    assert np.array_equal(record.velocity, expected)
-
-
-def test_rate_limit_and_resolution_shape_what_the_joint_gets():
-    setup = build_setup(SCENARIO.modified(duration=0.1, actuator={"rate_limit": 1000.0, "torque_resolution": 4.0}))
-    record, _ = run_script(setup, [30.0] * 5 + [-30.0] * 5)
-    assert record.torque.tolist() == [12.0, 24.0, 32.0, 32.0, 32.0, 24.0, 16.0, 8.0, 0.0, -8.0]
-
-
-@pytest.mark.parametrize("reports", [True, False])
-def test_a_drive_may_keep_its_torque_to_itself(reports):
-    """Beside a limit the integral of PI winds up unless it is told."""
-    fast = SCENARIO.modified(duration=20.0, reference={"peak": 0.7}, actuator={"torque_limit": 110.0})
-    run = simulate(fast.modified(actuator={"reports_torque": reports}), "pi")
-    assert np.max(np.abs(run.torque)) <= 110.0
-    assert (run.metrics.rms_error > 1.2 * simulate(fast, "pi").metrics.rms_error) != reports
 
 
 def test_drift_and_position_change_the_friction_that_acts():
