@@ -1,6 +1,5 @@
 """Exported projects of controllers, compiled and run: on this machine, under emulation, for processors of drives."""
 
-import itertools
 import re
 import subprocess
 import sys
@@ -12,38 +11,25 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
-from adaptive_ff import AdaptiveController, export_controller, load_scenario
-from adaptive_ff.comparison.registry import CONTROLLERS
-from adaptive_ff.friction.model import ESTIMATED, PER_DIRECTION, WITH_GRAVITY, WITH_OFFSET
-from controllers import PI
+from adaptive_ff import Scenario, export_controller, load_scenario
+from adaptive_ff.comparison.registry import CONTROLLERS, make_controller
+from adaptive_ff.friction.model import IDENTIFIED
 
-SIZES = {"symmetric": ESTIMATED, "offset": WITH_OFFSET, "gravity": WITH_GRAVITY, "directions": PER_DIRECTION}
 STRICT = ("-std=c99", "-ffp-contract=off")
+PROMPT = load_scenario()
+LATE = PROMPT.modified(actuator={"delay": 0.015}, feedback={"bandwidth": 3.0})
 
 
-def adaptive(size: str, delay: float = 0.0, velocity_lag: float = 0.0) -> AdaptiveController:
-    """Make an adaptive controller for the built-in joint."""
-    design = PI.design(inertia=20.0, period=0.01, bandwidth=10.0)
-    given = {"parameters": SIZES[size], "delay": delay, "velocity_lag": velocity_lag}
-    known: dict[str, Any] = {"inertia": 20.0, "stribeck_velocity": 0.05, **given}
-    return AdaptiveController(design.proportional, design.integral, 0.01, **known)
+def adaptive(scenario: Scenario, identify: str) -> Any:
+    """Make an adaptive controller that identifies so many parameters."""
+    return make_controller(scenario.modified(adaptation={"identify": identify}), "adaptive")
 
 
 def variants() -> dict[str, Callable[[], Any]]:
-    """Return functions that make a controller of each kind that compare knows, and all variants of the adaptive one."""
-    prompt = load_scenario()
-    delayed = prompt.modified(actuator={"delay": 0.015}, feedback={"bandwidth": 3.0})
-    found: dict[str, Callable[[], Any]] = {}
-    kinds = set()
-    for scenario, word in ((prompt, ""), (delayed, ", delay 1.5")):
-        for name, maker in CONTROLLERS.items():
-            kind = (type(maker(scenario)), type(maker(scenario).parameters), word)
-            if name != "adaptive" and kind not in kinds:
-                kinds.add(kind)
-                found[f"{name}{word}"] = partial(maker, scenario)
-    for size, delay, lag in itertools.product(SIZES, (0.0, 1.5), (0.0, 0.004)):
-        found[f"adaptive, {size}, delay {delay}, velocity lag {lag}"] = partial(adaptive, size, delay, lag)
-    return found
+    """Return functions that make each controller that compare knows, and the adaptive one of all sizes."""
+    sizes = {f"adaptive, {size}": partial(adaptive, PROMPT, size) for size in IDENTIFIED}
+    late = {f"{name}, late": partial(maker, LATE) for name, maker in CONTROLLERS.items()}
+    return {**sizes, **late, "adaptive, directions, late": partial(adaptive, LATE, "directions")}
 
 
 def zig() -> list[str] | None:

@@ -14,7 +14,7 @@ from adaptive_ff.export.buffer import state_to_bytes
 from adaptive_ff.scenario.library import SCENARIOS
 from adaptive_ff.simulation.experiment import build_setup
 from benchmarks.cases.reports import Row, limited
-from benchmarks.export.project import adaptive, difference, exported, variants, zig
+from benchmarks.export.project import LATE, PROMPT, adaptive, difference, exported, variants, zig
 
 CLOSENESS = 1e-11  # largest difference of another machine's torque to Python's, over the largest torque
 CALLS = 5000
@@ -33,10 +33,10 @@ def exporting() -> list[Row]:
     for fmu in (False, True):
         with tempfile.TemporaryDirectory() as folder:
             begin = time.perf_counter()
-            export_controller(adaptive("directions", 1.5, 0.004), folder, with_fmu=fmu)
+            export_controller(adaptive(LATE, "directions"), folder, with_fmu=fmu)
             spent = time.perf_counter() - begin
         rows.append(limited(f"export{' with FMU' if fmu else ''}", spent, 10.0))
-    controller = adaptive("symmetric")
+    controller = adaptive(PROMPT, "symmetric")
     for name, item in {"compiled Python": controller, "C": run_in_c(controller)}.items():
         best = min(_spent(item) for _ in range(5))
         rows.append(Row(f"controller.step() in {name}", 1e6 * best / CALLS))
@@ -53,7 +53,7 @@ def _spent(controller: Any) -> float:
 def machines() -> list[Row]:
     """Repeat a recorded run of the adaptive controller, by direction and with a delay, with another libm."""
     rows, command = [], zig()
-    with exported(adaptive("directions", 1.5, 0.004)) as folder:
+    with exported(adaptive(LATE, "directions")) as folder:
         for name, (triple, emulator) in EMULATED.items():
             what = f"random inputs, musl on {name}"
             if command is None or (emulator and not shutil.which(emulator)):

@@ -5,7 +5,6 @@ The measured record is of a reciprocating contact of 0.24 mm stroke under a cons
 speed shows neither a Stribeck curve nor viscous friction, so stiction is Coulomb friction here.
 """
 
-import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,6 +15,7 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares, minimize_scalar
 
 from adaptive_ff.simulation.loop import step_joint
+from adaptive_ff.simulation.metrics import rms
 from benchmarks.cases.reports import Row, limited
 from controllers.compiled import compiled
 from plant import ElastoPlasticJoint, LuGreJoint, MaxwellJoint, RollingJoint, initial_state
@@ -87,19 +87,14 @@ class Law:
     """A friction law with parameters to fit."""
 
     name: str  # name for tables and pictures
-    names: tuple[str, ...]  # names of its parameters, all positive
-    start: tuple[float, ...]  # where the search begins
-    make: Callable[..., Any]  # makes the joint from the parameters
+    start: dict[str, float]  # its parameters, all positive, where the search begins
+    make: Callable[..., Any]  # makes the joint from them
     fraction: float  # largest error that is asked for, as a fraction of Coulomb friction's
 
 
 def _fields(coulomb: float) -> dict[str, float]:
     friction = {"coulomb": coulomb, "stiction": coulomb, "viscous": 0.0, "stribeck_velocity": 1.0}
     return {"inertia": HEAVY, "solver_period": STEP, **friction}
-
-
-def _lugre(coulomb: float, stiffness: float) -> LuGreJoint:
-    return LuGreJoint(**_fields(coulomb), stiffness=stiffness, damping=0.0)
 
 
 def _maxwell(*values: float) -> MaxwellJoint:
@@ -110,25 +105,32 @@ def _maxwell(*values: float) -> MaxwellJoint:
     return MaxwellJoint(**_fields(total), displacements=np.cumsum(steps).tolist(), shares=shares)
 
 
-def _rolling(coulomb: float, rolling_range: float, exponent: float) -> RollingJoint:
-    return RollingJoint(**_fields(coulomb), rolling_range=rolling_range, exponent=1.0 + exponent)
-
-
-def _elasto_plastic(coulomb: float, presliding: float) -> ElastoPlasticJoint:
-    return ElastoPlasticJoint(**_fields(coulomb), presliding=presliding)
-
-
 LAWS = (
-    Law("LuGre", ("coulomb", "stiffness"), (2.3, 5e4), _lugre, 0.5),
+    Law(
+        "LuGre",
+        {"coulomb": 2.3, "stiffness": 5e4},
+        lambda coulomb, stiffness: LuGreJoint(**_fields(coulomb), stiffness=stiffness, damping=0.0),
+        0.5,
+    ),
     Law(
         "Maxwell slip",
-        tuple(f"{name}_{i}" for name in ("force", "step") for i in (1, 2, 3, 4)),
-        (0.6, 0.6, 0.6, 0.6, 2e-5, 1e-5, 1e-5, 1e-5),
+        {f"{name}_{i}": value for name, value in (("force", 0.6), ("step", 1e-5)) for i in (1, 2, 3, 4)}
+        | {"step_1": 2e-5},
         _maxwell,
         0.25,
     ),
-    Law("rolling", ("coulomb", "rolling_range", "exponent - 1"), (2.3, 5e-5, 0.5), _rolling, 0.5),
-    Law("elasto-plastic", ("coulomb", "presliding"), (2.3, 1e-4), _elasto_plastic, 0.25),
+    Law(
+        "rolling",
+        {"coulomb": 2.3, "rolling_range": 5e-5, "exponent - 1": 0.5},
+        lambda coulomb, way, exponent: RollingJoint(**_fields(coulomb), rolling_range=way, exponent=1.0 + exponent),
+        0.5,
+    ),
+    Law(
+        "elasto-plastic",
+        {"coulomb": 2.3, "presliding": 1e-4},
+        lambda coulomb, presliding: ElastoPlasticJoint(**_fields(coulomb), presliding=presliding),
+        0.25,
+    ),
 )
 
 
@@ -143,13 +145,9 @@ class Fit:
     tested: float
 
 
-def _rms(values: NDArray[np.float64]) -> float:
-    return math.sqrt(float(np.mean(values**2)))
-
-
 def _result(law: str, values: dict[str, float], force: NDArray[np.float64], record: PreslidingRecord) -> Fit:
     error, half = force - record.force, record.force.size // 2
-    return Fit(law, values, force, _rms(error[:half]), _rms(error[half:]))
+    return Fit(law, values, force, rms(error[:half]), rms(error[half:]))
 
 
 def last_sign(velocity: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -191,18 +189,17 @@ def fit_lagged(record: PreslidingRecord) -> Fit:
 
 def fit_law(law: Law, record: PreslidingRecord) -> Fit:
     """Fit a law to the first half of a record by least squares over the logarithms of its parameters."""
-    half = record.force.size // 2
-    first = record.part(slice(None, half))
+    first = record.part(slice(None, record.force.size // 2))
 
     def residuals(point: NDArray[np.float64]) -> NDArray[np.float64]:
         force = force_along(law.make(*np.exp(point[:-1]).tolist()), first.velocity, first.period)
         return force + point[-1] - first.force
 
-    start = np.append(np.log(law.start), 0.0)
+    start = np.append(np.log(list(law.start.values())), 0.0)
     found = least_squares(residuals, start, x_scale=0.1, diff_step=1e-4, max_nfev=60)
     parameters = np.exp(found.x[:-1]).tolist()
     force = force_along(law.make(*parameters), record.velocity, record.period) + found.x[-1]
-    values = dict(zip(law.names, parameters, strict=True)) | {"offset": float(found.x[-1])}
+    values = dict(zip(law.start, parameters, strict=True)) | {"offset": float(found.x[-1])}
     return _result(law.name, values, force, record)
 
 

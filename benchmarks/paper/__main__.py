@@ -2,15 +2,12 @@
 
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
-from rich.box import SIMPLE
-from rich.markup import escape
-from rich.table import Table
 
 from adaptive_ff.cli.output import error_console, progress_bars
 from adaptive_ff.errors import InputError
@@ -18,7 +15,6 @@ from adaptive_ff.files import staged, write_json
 from adaptive_ff.report.style import stamp, write_figures
 from benchmarks.paper import closed_loop, misprints, offline, online, reversal, rounding, stribeck
 from benchmarks.paper.experiment import Experiment
-from benchmarks.wide import wide_console
 
 EXPERIMENTS: dict[str, Callable[[], Experiment]] = {
     "misprints": misprints.run,
@@ -42,42 +38,28 @@ def run_all() -> list[Experiment]:
         return [run() for run in bars.track(EXPERIMENTS.values(), description="experiments")]
 
 
-def table_of(experiments: list[Experiment]) -> Table:
-    """Return all figures in one table, experiment after experiment."""
-    table = Table(title="Ruderman 2013 in simulation", box=SIMPLE, title_style="bold", expand=True)
-    table.add_column("quantity", ratio=3, overflow="fold")
-    table.add_column("value", ratio=2, justify="right", overflow="fold")
-    table.add_column("target", min_width=9, justify="right")
-    table.add_column("met", width=3)
-    for experiment in experiments:
-        table.add_section()
-        table.add_row(escape(experiment.title), "", "", "", style="bold")
-        for row in experiment.rows:
-            value = row.value if isinstance(row.value, str) else f"{row.value:.4g}"
-            cells = (f"  {row.quantity}", value, row.target, {None: "", True: "yes", False: "NO"}[row.met])
-            table.add_row(*map(escape, cells), style="bold red" if row.met is False else None)
-    return table
+def printed(experiment: Experiment) -> Iterator[str]:
+    """Yield the lines that are printed of an experiment: its figures, then the notes."""
+    yield f"\n{experiment.title}"
+    for row in experiment.rows:
+        value = row.value if isinstance(row.value, str) else f"{row.value:.4g}"
+        asked = "" if row.met is None else f" (target {row.target}: {'met' if row.met else 'NOT MET'})"
+        yield f"  {row.quantity}: {value}{asked}"
+    yield from (f"- {note}" for note in experiment.notes)
 
 
 def to_dict(experiments: list[Experiment]) -> dict[str, Any]:
     """Return the result as it goes into a JSON file."""
-    return {
-        "experiments": [
-            {
-                "title": experiment.title,
-                "rows": [vars(row) for row in experiment.rows],
-                "notes": list(experiment.notes),
-                "figures": sorted(experiment.figures),
-            }
-            for experiment in experiments
-        ],
-        **tally(experiments),
-    }
+    found = [
+        {**vars(experiment), "rows": list(map(vars, experiment.rows)), "figures": sorted(experiment.figures)}
+        for experiment in experiments
+    ]
+    return {"experiments": found, **tally(experiments)}
 
 
 def tally(experiments: list[Experiment]) -> dict[str, int]:
     """Return how many targets are met and missed."""
-    verdicts = [row.met for experiment in experiments for row in experiment.rows if row.met is not None]
+    verdicts = [row.met for experiment in experiments for row in experiment.rows]
     return {"targets_met": verdicts.count(True), "targets_missed": verdicts.count(False)}
 
 
@@ -101,21 +83,18 @@ def main(
     out: Annotated[Path, typer.Option(help="Folder for the figures (PNG).")] = Path("results/paper"),
     json: Annotated[Path | None, typer.Option(help="Write table and notes there.")] = None,
 ) -> None:
-    """Run every experiment of the paper in simulation, print one table and draw its figures."""
+    """Run every experiment of the paper in simulation, print what was found and draw its figures."""
     started = time.perf_counter()
-    console = wide_console()
     try:
         experiments = run_and_write(out, json)
     except InputError as error:
         print(f"benchmarks.paper: {error}", file=sys.stderr)
         raise typer.Exit(BAD_INPUT) from error
-    console.print(table_of(experiments))
     for experiment in experiments:
-        console.print("\n- ".join([experiment.title, *experiment.notes]), highlight=False, markup=False)
-    counts = tally(experiments)
-    console.print(f"Targets met: {counts['targets_met']}, missed: {counts['targets_missed']}.", highlight=False)
-    elapsed = time.perf_counter() - started
-    console.print(f"Figures are in {out}. Wall time {elapsed:.1f} s.", highlight=False, markup=False, soft_wrap=True)
+        print(*printed(experiment), sep="\n")
+    counts, elapsed = tally(experiments), time.perf_counter() - started
+    print(f"\nTargets met: {counts['targets_met']}, missed: {counts['targets_missed']}.")
+    print(f"Figures are in {out}. Wall time {elapsed:.1f} s.")
 
 
 if __name__ == "__main__":

@@ -12,10 +12,11 @@ from adaptive_ff.baselines.model_based import ModelBased
 from adaptive_ff.baselines.paper import PaperController
 from adaptive_ff.friction.model import TorqueModel
 from adaptive_ff.learning.batch import Array
+from adaptive_ff.simulation.metrics import rms
 from benchmarks.cases.reports import Row
 from benchmarks.paper import figures, records
 from benchmarks.paper.estimators import Watched, fit_form, fit_series, is_possible, model_of, physical_series
-from benchmarks.paper.experiment import Experiment, in_words, median_and_range, notes, rms
+from benchmarks.paper.experiment import Experiment, in_words, median_and_range, notes
 from benchmarks.paper.records import CURVE, FORGETTING, GAINS, MORE_SEEDS, ROBOT_PERIOD, SCENARIO, SEED, TRUE, Record
 from controllers import PI, Controller
 

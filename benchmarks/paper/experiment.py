@@ -31,11 +31,6 @@ def notes(experiment: str) -> list[str]:
     return list(tomllib.loads(Path(__file__).with_name("notes.toml").read_text(encoding="utf-8"))[experiment])
 
 
-def rms(values: Array) -> float:
-    """Return the root mean square."""
-    return float(np.sqrt(np.mean(values**2)))
-
-
 def deviations(physical: Sequence[float] | Array) -> dict[str, float]:
     """Return by how much each identified parameter is off the truth, %."""
     off = 100.0 * (np.array(physical[: len(ESTIMATED)]) / TRUTH_VALUES - 1.0)

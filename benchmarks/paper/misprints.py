@@ -13,9 +13,10 @@ import numpy as np
 from adaptive_ff.friction.model import ESTIMATED, TorqueModel
 from adaptive_ff.learning.batch_least_squares import Array
 from adaptive_ff.learning.series import SeriesCoefficients, series_coefficients
+from adaptive_ff.simulation.metrics import rms
 from benchmarks.cases.reports import Row
 from benchmarks.paper.estimators import physical_series, series, series_one_step
-from benchmarks.paper.experiment import SYMBOLS, Experiment, notes, rms
+from benchmarks.paper.experiment import SYMBOLS, Experiment, notes
 from benchmarks.paper.records import PERIOD, SEED, TRUE, simulate_noise
 
 MILLISECOND = 1e-3  # s

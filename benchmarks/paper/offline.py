@@ -2,9 +2,10 @@
 
 from adaptive_ff.friction.model import ESTIMATED
 from adaptive_ff.learning.batch import Identification
+from adaptive_ff.simulation.metrics import rms
 from benchmarks.cases.reports import Row, limited
 from benchmarks.paper.estimators import filtered, series, series_free_run, series_one_step
-from benchmarks.paper.experiment import SYMBOLS, Experiment, deviations, in_words, notes, rms
+from benchmarks.paper.experiment import SYMBOLS, Experiment, deviations, in_words, notes
 from benchmarks.paper.figures import figure_04
 from benchmarks.paper.records import MORE_SEEDS, SEED, Record, predict, simulate_noise
 

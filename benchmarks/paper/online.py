@@ -5,6 +5,7 @@ import itertools
 import numpy as np
 
 from adaptive_ff.learning.batch_least_squares import Array, fit_least_squares
+from adaptive_ff.simulation.metrics import rms
 from benchmarks.cases.reports import Row, limited
 from benchmarks.paper.estimators import (
     Watched,
@@ -15,7 +16,7 @@ from benchmarks.paper.estimators import (
     run_rls,
     series_free_run,
 )
-from benchmarks.paper.experiment import Experiment, in_words, notes, rms
+from benchmarks.paper.experiment import Experiment, in_words, notes
 from benchmarks.paper.figures import figure_05
 from benchmarks.paper.records import MORE_SEEDS, PERIOD, SEED, Record, simulate_noise
 

@@ -9,9 +9,10 @@ import numpy as np
 
 from adaptive_ff.learning.batch import Mask
 from adaptive_ff.learning.batch_least_squares import Array
+from adaptive_ff.simulation.metrics import rms
 from benchmarks.cases.reports import Row
 from benchmarks.paper.estimators import FIRST, filtered, series, series_one_step
-from benchmarks.paper.experiment import Experiment, notes, rms
+from benchmarks.paper.experiment import Experiment, notes
 from benchmarks.paper.figures import figure_03
 from benchmarks.paper.records import PERIOD, SEED, TRUE, Record, predict, simulate_noise
 

@@ -6,12 +6,12 @@ import numpy as np
 
 from adaptive_ff.friction.model import model_friction
 from adaptive_ff.learning.batch_least_squares import Array
-from adaptive_ff.learning.rls import RLSState, update_rls_in_place, write_projection
+from adaptive_ff.learning.rls import RLSState, update_rls_in_place
+from adaptive_ff.simulation.metrics import rms
 from benchmarks.cases.reports import Row
 from benchmarks.paper.estimators import regression
-from benchmarks.paper.experiment import Experiment, notes, rms
+from benchmarks.paper.experiment import Experiment, notes
 from benchmarks.paper.records import PERIOD, SEED, TRUE, simulate_noise
-from controllers import compiled
 
 FORGETTING_FACTOR = 0.99
 COVARIANCE = 1e4
@@ -41,65 +41,31 @@ class History(NamedTuple):
         return float((found[0] + 1) * CHUNK * PERIOD) if found.size else float("inf")
 
 
-def update_rls_printed(
-    state: RLSState, room: Array, regressors: Array, output: float, forgetting_factor: float
-) -> float:
-    """Take one equation into account, (11)-(13) as the paper prints them, in some n^3 operations; return the error.
-
-    ``adaptive_ff.learning.rls.update_rls_in_place`` is the one to use: it does the same in n^2 operations. ``room``
-    (n, n) is room for the covariance that comes next.
-    """
-    estimate, covariance, gain = state.estimate, state.covariance, state.gain  # first R(k-1) X(k), then gamma
-    error, denominator = write_projection(estimate, covariance, regressors, output, forgetting_factor, gain)
-    for i in range(estimate.size):
-        gain[i] /= denominator  # (12)
-        estimate[i] += gain[i] * error  # (11)
-    for i in range(estimate.size):
-        for j in range(estimate.size):
-            total = 0.0
-            for k in range(estimate.size):
-                kept = 1.0 if i == k else 0.0
-                total += (kept - gain[i] * regressors[k]) * covariance[k, j]
-            room[i, j] = total / forgetting_factor  # (13)
-    covariance[:, :] = room
-    return error
-
-
-def update_rls_economical(state: RLSState, regressors: Array, output: float, forgetting_factor: float) -> float:
-    """Take one equation into account, with ``(R - gamma (R X)') / lambda`` for (13); return the error."""
-    estimate, covariance, projected = state.estimate, state.covariance, state.gain
-    error, denominator = write_projection(estimate, covariance, regressors, output, forgetting_factor, projected)
-    for i in range(estimate.size):
-        gain = projected[i] / denominator
-        estimate[i] += gain * error
-        for j in range(estimate.size):
-            covariance[i, j] = (covariance[i, j] - gain * projected[j]) / forgetting_factor
-    return error
-
-
-def _run_form(
-    form: int, state: RLSState, room: Array, rows: Array, outputs: Array, factor: float, errors: Array
-) -> None:
-    for k in range(outputs.size):
-        if form == 0:
-            errors[k] = update_rls_printed(state, room, rows[k], outputs[k], factor)
-        elif form == 1:
-            errors[k] = update_rls_economical(state, rows[k], outputs[k], factor)
-        else:
-            errors[k] = update_rls_in_place(state, rows[k], outputs[k], factor)
-
-
-run_form = compiled(_run_form)
+def update_rls(form: str, state: RLSState, regressors: Array, output: float, forgetting_factor: float) -> float:
+    """Take one equation into account by (11), (12) and a form of (13); return the error."""
+    if form == SYMMETRIC:
+        return update_rls_in_place(state, regressors, output, forgetting_factor)
+    estimate, covariance, gain = state
+    projected = covariance @ regressors
+    error = output - regressors @ estimate
+    gain[:] = projected / (forgetting_factor + regressors @ projected)  # (12)
+    estimate += gain * error  # (11)
+    if form == PRINTED:
+        kept = np.eye(gain.size) - np.outer(gain, regressors)
+        covariance[:] = kept @ covariance / forgetting_factor  # (13)
+    else:
+        covariance[:] = (covariance - np.outer(gain, projected)) / forgetting_factor
+    return float(error)
 
 
 def watch(form: str, rows: Array, outputs: Array, covariance: float) -> History:
     """Run one form of the recursion and watch its covariance; stop where it has grown beyond all bounds."""
     size = rows.shape[1]
-    state, room = RLSState(np.zeros(size), covariance * np.eye(size), np.zeros(size)), np.zeros((size, size))
+    state = RLSState(np.zeros(size), covariance * np.eye(size), np.zeros(size))
     kept_matrices, errors = [], np.zeros(outputs.size)
     for start in range(0, outputs.size - CHUNK + 1, CHUNK):
-        part = slice(start, start + CHUNK)
-        run_form(FORMS.index(form), state, room, rows[part], outputs[part], FORGETTING_FACTOR, errors[part])
+        for k in range(start, start + CHUNK):
+            errors[k] = update_rls(form, state, rows[k], outputs[k], FORGETTING_FACTOR)
         kept_matrices.append(state.covariance.copy())
         if not np.max(np.abs(state.covariance)) < LARGEST:
             break

@@ -9,8 +9,9 @@ from adaptive_ff.learning.stribeck import Array, StribeckFit, fit_stribeck
 from adaptive_ff.learning.support_points import SupportPoints, support_points
 from adaptive_ff.simulation.experiment import build_plain_setup, empty_record
 from adaptive_ff.simulation.loop import run_compiled, start_position
+from adaptive_ff.simulation.metrics import rms
 from benchmarks.cases.reports import Row
-from benchmarks.paper.experiment import Experiment, notes, rms
+from benchmarks.paper.experiment import Experiment, notes
 from benchmarks.paper.figures import figure_08
 from benchmarks.paper.records import SCENARIO, SEED, TRUE
 from controllers import PI

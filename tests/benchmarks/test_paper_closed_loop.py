@@ -6,6 +6,7 @@ import pytest
 from adaptive_ff.learning.series import series_coefficients
 from adaptive_ff.simulation.experiment import empty_record
 from adaptive_ff.simulation.loop import run_compiled, start_position
+from adaptive_ff.simulation.metrics import rms
 from benchmarks.paper import stribeck
 from benchmarks.paper.closed_loop import (
     ALONE,
@@ -24,7 +25,7 @@ from benchmarks.paper.closed_loop import (
     watch,
 )
 from benchmarks.paper.estimators import fit_series, is_possible, physical_series
-from benchmarks.paper.experiment import in_words, median_and_range, rms
+from benchmarks.paper.experiment import in_words, median_and_range
 from benchmarks.paper.figures import figure_07, figure_08, figure_09, figure_10, figure_11, figure_12
 from benchmarks.paper.records import (
     CURRENT_STEP,

@@ -43,7 +43,7 @@ def test_it_prints_the_table_draws_the_figures_and_writes_the_result(small, tmp_
     assert result["experiments"][1]["figures"] == ["figure_98"]
     missed = next(line for line in done.output.splitlines() if "missed" in line)
     assert "5, 6" in missed
-    assert "NO" in missed
+    assert "NOT MET" in missed
     assert "speed [rad/s]" in done.output
     assert "- It agrees." in done.output
     assert "Wall time" in done.output

@@ -6,8 +6,9 @@ import pytest
 
 from adaptive_ff.friction.model import ESTIMATED, TorqueModel
 from adaptive_ff.learning.batch import identify_series
-from adaptive_ff.learning.rls import RLSState, update_rls_in_place
+from adaptive_ff.learning.rls import RLSState
 from adaptive_ff.learning.series import series_coefficients
+from adaptive_ff.simulation.metrics import rms
 from benchmarks.paper import misprints, offline, online, reversal, rounding
 from benchmarks.paper.estimators import (
     model_of,
@@ -18,9 +19,8 @@ from benchmarks.paper.estimators import (
     series_free_run,
     series_one_step,
 )
-from benchmarks.paper.experiment import deviations, rms
+from benchmarks.paper.experiment import deviations
 from benchmarks.paper.records import MORE_SEEDS, PERIOD, SEED, TRUE, predict, simulate_noise
-from benchmarks.paper.rounding import update_rls_printed
 from plant import Joint, JointModel
 
 SEEDS = range(1, 6)
@@ -179,7 +179,7 @@ def test_recursion_as_printed_is_13_word_for_word():
         gain = matrix @ row / (row @ matrix @ row + 0.97)  # (12)
         expected = expected + gain * error  # (11)
         matrix = (np.eye(6) - np.outer(gain, row)) @ matrix / 0.97  # (13)
-        assert update_rls_printed(state, np.zeros((6, 6)), row, output, 0.97) == pytest.approx(error, rel=1e-9)
+        assert rounding.update_rls(rounding.PRINTED, state, row, output, 0.97) == pytest.approx(error, rel=1e-9)
     assert estimate == pytest.approx(expected, rel=1e-9)
     assert covariance == pytest.approx(matrix, rel=1e-9, abs=1e-12)
     assert not np.array_equal(covariance, covariance.T)
@@ -188,14 +188,10 @@ def test_recursion_as_printed_is_13_word_for_word():
 def test_printed_and_symmetric_recursion_agree_where_data_excite(data):
     rows, outputs = regression(data.velocity, data.acting)
     estimates = []
-
-    def update_printed(state, *equation):
-        update_rls_printed(state, np.zeros((6, 6)), *equation)
-
-    for update in (update_rls_in_place, update_printed):
+    for form in (rounding.SYMMETRIC, rounding.PRINTED):
         state = RLSState(np.zeros(6), 1e4 * np.eye(6), np.zeros(6))
         for row, output in zip(rows[:2000], outputs[:2000], strict=True):
-            update(state, row, output, 0.99)
+            rounding.update_rls(form, state, row, output, 0.99)
         estimates.append(state.estimate)
     assert estimates[1] == pytest.approx(estimates[0], rel=1e-8)
 
