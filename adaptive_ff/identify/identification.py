@@ -170,7 +170,6 @@ def _assembled(
     """Return the result of a selection."""
     prepared, textbook = data.prepared, selection.textbook
     best = selection.refined or textbook
-    model = data.columns(*best.model) @ np.array([best.values[name] for name in best.model.names])
     return LogIdentification(
         name=log.name,
         units=units,
@@ -185,7 +184,7 @@ def _assembled(
         used=prepared.used,
         skipped=prepared.skipped,
         place=data.place,
-        rows=Recording(prepared.time, prepared.position, prepared.velocity, prepared.torque, model),
+        rows=Recording(prepared.time, prepared.position, prepared.velocity, prepared.torque, data.modelled(best)),
         motion=max(prepared.rows, key=lambda rows: rows.time.size),
         narrowed_by=narrowing_motion(data, textbook.model),
     )

@@ -101,7 +101,7 @@ class Spectrum(NamedTuple):
     slow: float
 
 
-def spectrum(motion: Array, period: float, *, is_position: bool, tuning: Tuning = TUNING) -> Spectrum:
+def spectrum(motion: Array, period: float, *, is_position: bool) -> Spectrum:
     """Return where motion and noise of a position or velocity are, from its periodogram; noise is taken as white."""
     velocity = np.diff(motion) / period if is_position else motion - np.mean(motion)
     window = np.hanning(velocity.size)
@@ -121,20 +121,20 @@ def spectrum(motion: Array, period: float, *, is_position: bool, tuning: Tuning 
     cumulated = np.cumsum(measured)
     end, slow = (
         float(frequency[min(int(np.searchsorted(cumulated, fraction * cumulated[-1])), frequency.size - 1)])
-        for fraction in (tuning.motion_power, 0.5)
+        for fraction in (TUNING.motion_power, 0.5)
     )
     end, slow = max(end, float(frequency[1])), max(slow, float(frequency[1]))
-    accelerated = float(np.sum((measured * frequency**2)[frequency <= tuning.times_motion * end]))
-    loud = np.cumsum(noise * gain * frequency**2) > tuning.noise_fraction * accelerated
+    accelerated = float(np.sum((measured * frequency**2)[frequency <= TUNING.times_motion * end]))
+    loud = np.cumsum(noise * gain * frequency**2) > TUNING.noise_fraction * accelerated
     quiet = float(frequency[int(np.argmax(loud))]) if loud.any() else math.inf
     return Spectrum(end, quiet, Noise(2.0 * period * noise / weight, is_position), slow)
 
 
-def choose_band(found: Spectrum, period: float, tuning: Tuning = TUNING) -> float:
+def choose_band(found: Spectrum, period: float) -> float:
     """Return the band, Hz: a multiple of the motion's frequency, narrower where the acceleration is noise beyond."""
-    wanted = max(tuning.times_motion * found.motion, tuning.least_hertz)
-    quiet = max(found.quiet, tuning.least_times_motion * found.motion)
-    return min(wanted, quiet, tuning.sampling_fraction / period)
+    wanted = max(TUNING.times_motion * found.motion, TUNING.least_hertz)
+    quiet = max(found.quiet, TUNING.least_times_motion * found.motion)
+    return min(wanted, quiet, TUNING.sampling_fraction / period)
 
 
 def _gap(frequency: Array, power: Array) -> float:
@@ -188,9 +188,9 @@ class Filter(NamedTuple):
         return filtered
 
 
-def lowpass(corner: float, period: float, tuning: Tuning = TUNING) -> Filter:
+def lowpass(corner: float, period: float) -> Filter:
     """Return the low-pass of a corner, Hz, at which its gain is a half."""
-    sections = scipy.signal.butter(tuning.order, min(corner, 0.49 / period), fs=1.0 / period, output="sos")
+    sections = scipy.signal.butter(TUNING.order, min(corner, 0.49 / period), fs=1.0 / period, output="sos")
     return Filter(sections, math.ceil(2.0 / (corner * period)))
 
 
@@ -240,40 +240,32 @@ def derivative(values: Array, period: float) -> Array:
     return result
 
 
-def make_rows(segment: Segment, band: float, noise: Noise, fast: float, tuning: Tuning = TUNING) -> Rows:
+def make_rows(segment: Segment, band: float, noise: Noise, fast: float) -> Rows:
     """Return the rows of a segment in a band, Hz; ``fast`` is a speed that few samples exceed, rad/s."""
     period = segment.period
-    clean = noise.corner((0.3 * tuning.standstill * fast) ** 2)
-    corner = max(band, min(tuning.wide * band, 0.4 / period, clean))
-    wide = lowpass(corner, period, tuning)
-    every = max(1, int(1.0 / (tuning.oversampling * corner * period)))
+    clean = noise.corner((0.3 * TUNING.standstill * fast) ** 2)
+    corner = max(band, min(TUNING.wide * band, 0.4 / period, clean))
+    wide = lowpass(corner, period)
+    every = max(1, int(1.0 / (TUNING.oversampling * corner * period)))
     position, torque = wide(segment.position), wide(segment.torque)
     known = wide(segment.known) if segment.known.any() else segment.known
     velocity = derivative(position, period)
     position, torque, known, velocity = (one[::every] for one in (position, torque, known, velocity))
     step = period * every
     scatter = math.sqrt(noise.variance(corner, 0))
-    slow = max(tuning.standstill * fast, tuning.standstill_noise * scatter)
-    narrow = lowpass(band, step, tuning)
+    slow = max(TUNING.standstill * fast, TUNING.standstill_noise * scatter)
+    narrow = lowpass(band, step)
     stands = narrow((np.abs(velocity) < slow).astype(float))
-    edge = min(math.ceil(tuning.edge_cycles / (band * step)), max(1, position.size // 4))
-    apart = max(1, int(1.0 / (tuning.rows_in_cycle * band * step)))
+    edge = min(math.ceil(TUNING.edge_cycles / (band * step)), max(1, position.size // 4))
+    apart = max(1, int(1.0 / (TUNING.rows_in_cycle * band * step)))
     kept = np.arange(edge, position.size - edge, apart)
     time: Array = (segment.start + step * np.arange(position.size)).astype(np.float64)
-    slides = stands[kept] < tuning.standstill_fraction
+    slides = stands[kept] < TUNING.standstill_fraction
     return Rows(step, time, position, velocity, torque, known, narrow, kept, slides, slow, scatter)
 
 
 def even(time: Array, values: Array, grid: Array) -> Array:
-    """Return a series at the even times of a grid; as it is where it has them already."""
-    step = float(grid[1] - grid[0])
-    return (
-        values
-        if time.size == grid.size and np.max(np.abs(time - grid)) < 0.02 * step
-        else resampled(time, values, grid)
-    )
-
-
-def resampled(time: Array, values: Array, grid: Array) -> Array:
-    """Return a series at other times: cubic between its samples."""
+    """Return a series at the even times of a grid, cubic between its samples; as it is where it has them already."""
+    if time.size == grid.size and np.max(np.abs(time - grid)) < 0.02 * float(grid[1] - grid[0]):
+        return values
     return np.asarray(interpolate.make_interp_spline(time, values, k=min(3, time.size - 1))(grid))

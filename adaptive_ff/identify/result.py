@@ -43,8 +43,7 @@ class Recording(NamedTuple):
 def predicted(fit: Fit, data: Data) -> float:
     """Return what a model leaves of the torque of some rows, rms over rms."""
     torque = data.prepared.torque
-    model = data.columns(*fit.model) @ np.array([fit.values[name] for name in fit.model.names])
-    return math.sqrt(float(np.mean((torque - model) ** 2)) / float(np.mean(torque**2)))
+    return math.sqrt(float(np.mean((torque - data.modelled(fit)) ** 2)) / float(np.mean(torque**2)))
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -111,6 +111,10 @@ class Data(NamedTuple):
         """Return columns of all segments."""
         return np.concatenate([unit_torques(rows, names, shape, self.place) for rows in self.prepared.rows])
 
+    def modelled(self, fit: "Fit") -> Array:
+        """Return the torque of a model in the band at the rows."""
+        return np.asarray(self.columns(*fit.model) @ [fit.values[name] for name in fit.model.names])
+
     def sums(self, names: tuple[str, ...], columns: Array) -> Folds:
         """Return the sums of some columns by fold."""
         return sums(names, columns, self.prepared.torque, self.prepared.fold, self.prepared.noise)
