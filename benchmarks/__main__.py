@@ -14,7 +14,16 @@ from adaptive_ff.cli.options import Scheduler
 from adaptive_ff.cli.output import error_console, progress_bars
 from adaptive_ff.errors import InputError
 from benchmarks.compare import HEADINGS, MOVED_HEADINGS, compared_controllers, moved_lines, summary_lines
-from benchmarks.pages import ROOT, latest, pages, rendered, write_pages
+from benchmarks.pages import (
+    ROOT,
+    filled_numbers,
+    latest,
+    numbers_by_hand,
+    pages,
+    rendered,
+    typed_numbers,
+    write_pages,
+)
 from benchmarks.results import RESULTS, read_result, results_in
 from benchmarks.running import BASE, run_suite, suite_fingerprint
 from benchmarks.suite import load_suite, suite_names
@@ -148,6 +157,10 @@ def pages_command(
         different = write_pages()
     for page in different:
         print(f"{page.relative_to(ROOT)}: {'is not as filled' if check else 'filled'}")
+    texts = [page.read_text(encoding="utf-8") for page in pages()]
+    hand, decimals = (sum(len(count(text)) for text in texts) for count in (numbers_by_hand, typed_numbers))
+    filled = sum(map(filled_numbers, texts))
+    print(f"numbers by hand: {hand} ({decimals} of them decimals) of {hand + filled}, {hand / (hand + filled):.1%}")
     raise typer.Exit(1 if check and different else 0)
 
 

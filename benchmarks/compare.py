@@ -1,6 +1,7 @@
 """Two results of a suite side by side: geometric means, counts below a target, and the rows that moved."""
 
 import math
+from collections import defaultdict
 from collections.abc import Iterable, Iterator, Sequence
 from typing import NamedTuple
 
@@ -17,15 +18,11 @@ MOVED = 1.1  # factor by which the median of a row must change to be listed
 
 
 class Pair(NamedTuple):
-    """Figures of the same cases of a row in two results, one value a case."""
+    """Figures of the same cases of a row in two results, one value a case; empty where one of both has none."""
 
     row: str
-    first: dict[str, list[float]]
-    second: dict[str, list[float]]
-
-    def column(self, side: int, figure: str) -> list[float]:
-        """Return a column of one of both, empty where it has none."""
-        return (self.first, self.second)[side].get(figure, [])
+    first: defaultdict[str, list[float]]
+    second: defaultdict[str, list[float]]
 
 
 def pairs(first: Result, second: Result, controller: str) -> Iterator[Pair]:
@@ -33,20 +30,18 @@ def pairs(first: Result, second: Result, controller: str) -> Iterator[Pair]:
     for name, row in first.rows.items():
         other = second.rows.get(name)
         if other is not None and controller in row.figures and controller in other.figures:
-            seeds = sorted(set(row.seeds) & set(other.seeds))
+            seeds = set(row.seeds) & set(other.seeds)
             if seeds:
-                yield Pair(name, _of_seeds(row, controller, seeds), _of_seeds(other, controller, seeds))
+                yield Pair(name, *(_of_seeds(one, controller, seeds) for one in (row, other)))
 
 
-def _of_seeds(row: Row, controller: str, seeds: Sequence[int]) -> dict[str, list[float]]:
+def _of_seeds(row: Row, controller: str, seeds: set[int]) -> defaultdict[str, list[float]]:
     """Return the columns of some seeds; of a case with several joints each counts."""
-    found = {}
+    found = defaultdict(list)
     for figure, column in row.figures[controller].items():
         joints, rest = divmod(len(column), len(row.seeds))
-        if rest:  # not every case has this figure
-            continue
-        places = [place for place, seed in enumerate(row.seeds) if seed in set(seeds)]
-        found[figure] = [value for place in places for value in column[place * joints : (place + 1) * joints]]
+        if not rest:  # else not every case has this figure
+            found[figure] = [value for place, value in enumerate(column) if row.seeds[place // joints] in seeds]
     return found
 
 
@@ -73,7 +68,7 @@ def summary_lines(suite: Suite, first: Result, second: Result, controllers: Sequ
         listed = list(pairs(first, second, controller))
         for outside in (False, True):
             chosen = [pair for pair in listed if suite.is_outside(pair.row) is outside]
-            both = [_columns(chosen, side) for side in (0, 1)]
+            both = [_columns([(pair.first, pair.second)[side] for pair in chosen]) for side in (0, 1)]
             if not both[0]["settled"] or not both[1]["settled"]:
                 continue
             means = [geometric_mean(one["settled"]) for one in both]
@@ -88,9 +83,8 @@ def summary_lines(suite: Suite, first: Result, second: Result, controllers: Sequ
             yield [suite.name, label, controller, str(len(both[0]["settled"])), *cells]
 
 
-def _columns(chosen: Sequence[Pair], side: int) -> dict[str, list[float]]:
-    names = ("settled", "window", "start", "after")
-    return {name: [value for pair in chosen for value in pair.column(side, name)] for name in names}
+def _columns(chosen: Sequence[dict[str, list[float]]]) -> dict[str, list[float]]:
+    return {name: [value for one in chosen for value in one[name]] for name in ("settled", "window", "start", "after")}
 
 
 def _median(values: list[float]) -> str:
@@ -103,7 +97,7 @@ def moved_lines(suite: Suite, first: Result, second: Result, controllers: Sequen
     for controller in controllers:
         for pair in pairs(first, second, controller):
             for figure in dict.fromkeys([*pair.first, *pair.second]):
-                before, after = pair.column(0, figure), pair.column(1, figure)
+                before, after = pair.first[figure], pair.second[figure]
                 if not before or not after or figure in ("window", "torque_variation"):
                     continue
                 old, new = (float(np.median(np.abs(one))) for one in (before, after))

@@ -23,7 +23,7 @@ TYPED = Path(__file__).resolve().parent / "typed.toml"  # numbers that pages may
 TABLE = re.compile(r"(<!-- table (?P<suite>\w+)\.(?P<view>\w+) -->\n).*?(<!-- /table -->)", re.DOTALL)
 NUMBER = re.compile(r"(<!--= (?P<reference>[^>]+?) -->)[^<]*(<!--/-->)")
 CODE = re.compile(r"```.*?```|`[^`]*`|\]\([^)]*\)|<!--.*?-->", re.DOTALL)
-DECIMAL = re.compile(r"(?<![\w.])\d+\.\d+(?![\w.]*\d)")
+NUMERAL = re.compile(r"(?<![\w.])\d+(?:\.\d+)?(?![\w.]*\d)")
 
 TRACKING = {
     "n": "adaptive.settled count",
@@ -128,10 +128,14 @@ def write_pages() -> list[Path]:
     return changed
 
 
+def numbers_by_hand(text: str) -> list[str]:
+    """Return all numbers that are typed by hand into a page, those of equations and dates too: no code, not filled."""
+    return NUMERAL.findall(CODE.sub("", NUMBER.sub("", TABLE.sub("", text))))
+
+
 def typed_numbers(text: str) -> list[str]:
-    """Return the numbers with a decimal point that are typed by hand into a page: neither filled, nor code."""
-    prose = NUMBER.sub("", TABLE.sub("", text))
-    return DECIMAL.findall(CODE.sub("", prose))
+    """Return those of them with a decimal point."""
+    return [number for number in numbers_by_hand(text) if "." in number]
 
 
 def handwritten_words(text: str) -> int:

@@ -48,8 +48,7 @@ class Result:
     def write(self, folder: Path) -> Path:
         """Write the result into a folder and return its file."""
         for digits in DIGITS:
-            rows = {name: [row.seeds, _rounded(row.figures, digits)] for name, row in self.rows.items()}
-            text = _text({**vars(self), "rows": rows})
+            text = self._text(digits)
             if len(text) <= LARGEST:
                 break
         else:
@@ -59,6 +58,22 @@ class Result:
         file = folder / f"{self.suite}.json"
         file.write_text(text, encoding="utf-8")
         return file
+
+    def _text(self, digits: int) -> str:
+        """Return JSON text with a line for each field and each column, so that a change shows in few lines."""
+        lines = [f" {_json(name)}: {_json(value)}" for name, value in vars(self).items() if name != "rows"]
+        rows = []
+        for name, row in self.rows.items():
+            tables = []
+            for controller, columns in row.figures.items():
+                shown = [
+                    f"    {_json(figure)}: {_json([_short(value, digits) for value in column])}"
+                    for figure, column in columns.items()
+                ]
+                tables.append(f"   {_json(controller)}: {{\n" + ",\n".join(shown) + "}")
+            rows.append(f"  {_json(name)}: [{_json(row.seeds)}, {{\n" + ",\n".join(tables) + "}]")
+        lines.append(' "rows": {\n' + ",\n".join(rows) + "}")
+        return "{\n" + ",\n".join(lines) + "\n}\n"
 
 
 def read_result(folder: Path, suite: str) -> Result | None:
@@ -85,15 +100,12 @@ def circumstances() -> dict[str, Any]:
     return {"commit": found.stdout.strip() or "unknown", "machine": machine, "versions": versions}
 
 
-def _rounded(figures: dict[str, Columns], digits: int) -> dict[str, Any]:
-    """Return figures as JSON holds them: with few digits, and null for what is infinite."""
-    return {
-        controller: {name: [_short(value, digits) for value in column] for name, column in columns.items()}
-        for controller, columns in figures.items()
-    }
+def _json(value: Any) -> str:
+    return json.dumps(value, separators=(",", ":"), allow_nan=False)
 
 
 def _short(value: float, digits: int) -> float | int | None:
+    """Return a number with few digits as JSON holds it: null for what is infinite."""
     if not math.isfinite(value):
         return None
     short = float(f"{value:.{digits}g}")
@@ -107,23 +119,3 @@ def _with_infinity(figures: dict[str, Any]) -> dict[str, Columns]:
         }
         for controller, columns in figures.items()
     }
-
-
-def _text(content: dict[str, Any]) -> str:
-    """Return JSON text with a line for each field and each column, so that a change shows in few lines."""
-
-    def one(value: Any) -> str:
-        return json.dumps(value, separators=(",", ":"), allow_nan=False)
-
-    lines = [f" {one(name)}: {one(value)}" for name, value in content.items() if name != "rows"]
-    rows = []
-    for name, (seeds, figures) in content["rows"].items():
-        columns = [
-            f"   {one(controller)}: {{\n"
-            + ",\n".join(f"    {one(key)}: {one(column)}" for key, column in table.items())
-            + "}"
-            for controller, table in figures.items()
-        ]
-        rows.append(f"  {one(name)}: [{one(seeds)}, {{\n" + ",\n".join(columns) + "}]")
-    lines.append(' "rows": {\n' + ",\n".join(rows) + "}")
-    return "{\n" + ",\n".join(lines) + "\n}\n"
