@@ -7,7 +7,7 @@ from adaptive_ff.identify.result import CARE, GOOD, LEFT, WIDE
 from adaptive_ff.identify.score import Score
 from adaptive_ff.identify.selection import Parameter
 from adaptive_ff.identify.units import unit_of
-from adaptive_ff.report.table import Cell, Table, table
+from adaptive_ff.report.table import Cell, Table, shown, table
 from adaptive_ff.report.verdicts import parameters_line
 
 NAMES = {"viscous_asymmetry": "by direction", "stiction_excess": "stiction − coulomb", "torque_delay": "torque delay"}
@@ -140,5 +140,6 @@ def _moved(found: LogIdentification) -> str:
     for name in ("inertia", "coulomb", "viscous"):
         before, after = found.textbook.parameters.get(name), found.refined.values.get(name)
         if before is not None and before.lower > 0.0 and after is not None:
-            parts.append(f"{name} {100.0 * (after / before.value - 1.0):+.2g} %")
+            moved = 100.0 * (after / before.value - 1.0)
+            parts.append(f"{name} {'+' * (moved > 0.0)}{shown(moved, 2)} %")
     return "against the textbook " + ", ".join(parts)
