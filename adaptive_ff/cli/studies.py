@@ -126,8 +126,7 @@ def scenarios_command(
     text: Annotated[str, typer.Argument(help="Say what those are whose name or line has this text in it.")] = "",
 ) -> None:
     """Print the scenarios of the package; every command takes their names as its SCENARIO."""
-    from adaptive_ff.scenario.library import scenario_names, scenario_title
-    from adaptive_ff.studies.ranking import grouped
+    from adaptive_ff.scenario.library import grouped, scenario_names, scenario_title
 
     titles = {name: scenario_title(name) for name in scenario_names()}
     if not text:

@@ -11,13 +11,14 @@ from adaptive_ff.friction.model import PER_DIRECTION, unit_of
 from adaptive_ff.replay.replay import COLD, FIXED, NONE, RECORDED, SAVED, Replay
 from adaptive_ff.report.table import DEVIATIONS, Cell, Columns, Table, table
 from adaptive_ff.scenario.axis_units import axis_unit
+from adaptive_ff.scenario.library import grouped
 from adaptive_ff.scenario.loop import load_step
 from adaptive_ff.scenario.truth import last_model, true_waves
 from adaptive_ff.studies.bandwidth_study import BandwidthStudy
 from adaptive_ff.studies.drawn_joints import CLASSES, HUNTING
 from adaptive_ff.studies.matrix import Results
 from adaptive_ff.studies.motion import Excitation
-from adaptive_ff.studies.ranking import OURS, Cells, collect, grouped, mean_gain
+from adaptive_ff.studies.ranking import OURS, Cells, collect, mean_gain
 
 IMPROVEMENT = "over pi"
 """Heading of the error of PI over that of the controller."""

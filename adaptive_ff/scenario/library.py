@@ -1,9 +1,25 @@
-"""Scenarios of the package, by name."""
+"""Scenarios of the package, by name and by group."""
 
+import tomllib
+from collections.abc import Iterable
 from pathlib import Path
 
 SCENARIOS = Path(__file__).resolve().parent / "scenarios"
 """Their files; a recorded reference lies beside its scenario."""
+
+GROUPS: dict[str, list[str]] = tomllib.loads(SCENARIOS.with_name("groups.toml").read_text(encoding="utf-8"))
+"""Names of scenarios by group, both in the order of the tables."""
+
+OTHERS = "Further scenarios"
+"""Group of those that are in no other."""
+
+
+def grouped(names: Iterable[str]) -> dict[str, list[str]]:
+    """Return names of scenarios by group, in the order of the tables; groups without any are left out."""
+    left, placed = list(names), {name for members in GROUPS.values() for name in members}
+    found = {group: [name for name in members if name in left] for group, members in GROUPS.items()}
+    found[OTHERS] = [name for name in left if name not in placed]
+    return {group: members for group, members in found.items() if members}
 
 
 def scenario_names() -> list[str]:

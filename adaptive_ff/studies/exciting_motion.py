@@ -176,18 +176,16 @@ def exciting_motion(
     trial = partial(_trial, loop, interval_widths(measured_by, TRIAL_SEEDS), period)
     fractions = [fraction for fraction in SLOWER if fraction == 1.0 or fraction * fastest * period >= LEAST_HARMONICS]
     parts = len(fractions) + 1
-    found: list[Excitation] = []
-    for i, fraction in enumerate(fractions):
-        found += find_excitations(
-            joint,
-            limits,
-            measure,
-            period=period,
-            fastest=fraction * fastest,
-            trial=trial,
-            workers=workers,
-            progress=part_of_progress(progress, i, parts),
-        )
+    found = find_excitations(
+        joint,
+        limits,
+        measure,
+        period=period,
+        fastest=[fraction * fastest for fraction in fractions],
+        trial=trial,
+        workers=workers,
+        progress=part_of_progress(progress, 0, parts, len(fractions)),
+    )
     best = min(found, key=lambda motion: motion.widest)
     return polished(joint, limits, best, trial, progress=part_of_progress(progress, parts - 1, parts))
 
@@ -206,23 +204,23 @@ def find_excitations(
     measure: Array,
     *,
     period: float = 10.0,
-    fastest: float = 2.0,
+    fastest: Sequence[float] = (2.0,),
     starts: int = STARTS,
     rounds: int = ROUNDS,
     trial: Trial | None = None,
     workers: int | None = 1,
     progress: Callable[[float], None] | None = None,
 ) -> list[Excitation]:
-    """Find motions that identify the parameters of a joint, the best one from each start of the search.
+    """Find motions that identify the parameters of a joint, for each largest frequency (Hz) the best from each start.
 
     A start is searched from in some rounds, with a trial after each, in one where there is no trial; every other start
     dwells at the speeds that have the most information. Sizes are those of the trial, by default by information, over
     ``measure``, shape (5,).
     """
-    search = MotionSearch(joint, limits, period, _check(joint, limits, period, fastest))
+    searches = [MotionSearch(joint, limits, period, _check(joint, limits, period, hertz)) for hertz in fastest]
     found = run_study(
-        partial(_from_start, search, measure, rounds if trial is not None else 1, trial),
-        {str(turn): turn for turn in range(starts)},
+        partial(_from_start, measure, rounds if trial is not None else 1, trial),
+        {f"{search.harmonics}, {turn}": (search, turn) for search in searches for turn in range(starts)},
         ["motion"],
         workers=workers,
         progress=progress,
@@ -231,14 +229,10 @@ def find_excitations(
 
 
 def _from_start(
-    search: MotionSearch,
-    measure: Array,
-    rounds: int,
-    trial: Trial | None,
-    turn: int,
-    names: list[str],
+    measure: Array, rounds: int, trial: Trial | None, case: tuple[MotionSearch, int], names: list[str]
 ) -> Found:
     """Return the best motion of some rounds from one start of the search."""
+    search, turn = case
     generator = np.random.default_rng([SEED, turn])
     direction = search.plateau_start(generator) if turn % 2 == 0 else search.random_start(generator)
     tried, calibrated = [], measure

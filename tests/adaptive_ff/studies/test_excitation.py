@@ -114,7 +114,7 @@ def by_information(motion):
 
 
 def test_search_goes_by_what_trials_gave():
-    search = functools.partial(find_excitations, JOINT, MotionLimits(1.4), MINUTE, fastest=1.0, starts=1)
+    search = functools.partial(find_excitations, JOINT, MotionLimits(1.4), MINUTE, fastest=[1.0], starts=1)
     (first,), (later,) = (search(rounds=rounds, trial=by_information) for rounds in (1, 6))
     assert max(first.sizes, key=first.sizes.get) == "friction_lag"
     assert max(later.sizes.values()) < 0.7 * max(first.sizes.values())
@@ -125,7 +125,7 @@ def test_search_goes_on_where_a_ratio_is_unknown():
     def trial(motion):
         return {**by_information(motion), "friction_lag": math.nan}
 
-    search = functools.partial(find_excitations, JOINT, MotionLimits(1.4), MINUTE, fastest=1.0, starts=1)
+    search = functools.partial(find_excitations, JOINT, MotionLimits(1.4), MINUTE, fastest=[1.0], starts=1)
     (motion,) = search(rounds=2, trial=trial)
     assert math.isnan(motion.sizes["friction_lag"])
     assert motion.widest == math.inf

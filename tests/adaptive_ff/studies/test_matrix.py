@@ -12,7 +12,7 @@ import pytest
 from adaptive_ff import load_scenario, simulate
 from adaptive_ff.comparison.registry import CONTROLLERS
 from adaptive_ff.report.tables import gains_table, ranking_table
-from adaptive_ff.scenario.library import SCENARIOS, scenario_names
+from adaptive_ff.scenario.library import GROUPS, SCENARIOS, grouped, scenario_names
 from adaptive_ff.simulation.metrics import rms
 from adaptive_ff.studies import matrix
 from adaptive_ff.studies.drawn_joints import fall_over_gain
@@ -24,7 +24,7 @@ from adaptive_ff.studies.matrix import (
     run_matrix,
     with_fastest_loop,
 )
-from adaptive_ff.studies.ranking import GROUPS, collect, grouped, verdict
+from adaptive_ff.studies.ranking import collect, verdict
 from adaptive_ff.studies.tracking import run_errors
 from controllers import fastest_bandwidth
 
