@@ -46,7 +46,7 @@ class Run(Reported):
     time : ndarray, shape (samples,)
         Times of the samples, s.
     solver_time : ndarray, shape (steps + 1,)
-        The solver's grid, s, read-only and common to runs.
+        The solver's grid, s.
     reference, velocity : ndarray, shape (steps + 1,)
         Reference and true velocity on the solver's grid, rad/s. Of a thinned run there is no such grid: these, their
         times and the position error are at the samples that are kept, as all series are.

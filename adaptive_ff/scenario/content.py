@@ -1,18 +1,18 @@
 """The content of a scenario: its tables, and what follows from them."""
 
 import math
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Annotated, Any
 
 import numpy as np
-from pydantic import Field, field_validator, model_validator
+from pydantic import Field, TypeAdapter, field_validator, model_validator
 from pydantic_core import PydanticCustomError
 
 from adaptive_ff.errors import InputError
 from adaptive_ff.scenario.plausibility import default_peak
 from adaptive_ff.scenario.point_to_point import PointToPoint
 from adaptive_ff.scenario.reference import SHORTEST, Motion, Multisine, Recorded
-from adaptive_ff.scenario.series import SharedSeries, size_and_lost_fraction
+from adaptive_ff.scenario.series import size_and_lost_fraction
 from adaptive_ff.scenario.tables import (
     STRICT,
     Adaptation,
@@ -35,11 +35,25 @@ MAIN_JOB = ["pi", "fixed", "oracle", "adaptive_paper", "adaptive"]
 LOST_BETWEEN_SAMPLES = 0.2
 """Largest part of the reference (rms) that may be lost between the samples of the controller."""
 
-MOTIONS = SharedSeries()
-"""Motions, by all that they depend on."""
+Reference = Annotated[Multisine | Recorded | PointToPoint | Triangle | Staircase | Fourier, Field(discriminator="kind")]
+REFERENCE: TypeAdapter[Any] = TypeAdapter(Reference)
 
-GRIDS = SharedSeries()
-"""Times of the solver's steps, by their number and period."""
+
+@lru_cache(maxsize=8)
+def measured_motion(
+    reference: str, seed: int, solver_period: float, length: float, sampling: Sampling
+) -> tuple[NDArray[np.float64], float, float]:
+    """Return a reference (JSON) on the solver's grid, read-only, its rms, and the fraction lost between samples.
+
+    A sweep, a matrix and a comparison ask for it several times: where the scenario is checked, where the drive is
+    sized, where a run begins. Who hands it to compiled code takes a copy, for a read-only array is another type there.
+    """
+    steps = sampling.steps(length, solver_period)
+    time = np.arange(steps[-1] + 1, dtype=float) * solver_period
+    with np.errstate(over="ignore", invalid="ignore"):
+        motion = REFERENCE.validate_json(reference).velocity(time, np.random.default_rng([seed, 0]))
+    motion.flags.writeable = False
+    return motion, *size_and_lost_fraction(motion, steps)
 
 
 class Content(Table):
@@ -55,9 +69,7 @@ class Content(Table):
     sensor: Sensor = Sensor()
     velocity: VelocityEstimate = VelocityEstimate()
     actuator: Actuator = Actuator()
-    reference: Annotated[
-        Multisine | Recorded | PointToPoint | Triangle | Staircase | Fourier, Field(discriminator="kind")
-    ] = Multisine()
+    reference: Reference = Multisine()
     position: PositionControl | None = None
     feedback: Feedback
     adaptation: Adaptation
@@ -135,9 +147,8 @@ class Content(Table):
         return self.delay if self.feedback.delay is None else self.feedback.delay / self.sampling.period
 
     def times(self) -> NDArray[np.float64]:
-        """Return the solver's grid, s, shape (steps + 1,), read-only: common to scenarios."""
-        steps, period = int(self.sample_steps[-1]), self.joint.solver_period
-        return GRIDS.get((steps, period), lambda: np.arange(steps + 1, dtype=float) * period)
+        """Return the solver's grid, s, shape (steps + 1,)."""
+        return np.arange(self.sample_steps[-1] + 1, dtype=float) * self.joint.solver_period
 
     @property
     def velocity_estimator(self) -> Any:
@@ -211,27 +222,13 @@ class Content(Table):
         return unit, factor
 
     def _unit_motion(self) -> tuple[NDArray[np.float64], float, float]:
-        """Return the reference before its peak is chosen, read-only, its size, and the fraction lost between samples.
-
-        Size and fraction are root mean squares. Computed once for what decides them: the seed does where something of
-        the reference is drawn.
-        """
-        reference, steps = self.reference, self.sample_steps
-
-        def measure() -> NDArray[np.float64]:
-            with np.errstate(over="ignore", invalid="ignore"):
-                return np.array(size_and_lost_fraction(unit, steps))
-
-        if isinstance(reference, Recorded):  # its file may change from one reading to the next
-            assert self.motion is not None
+        """Return the reference before its peak is chosen, its size (rms), and the fraction lost between samples."""
+        if self.motion is not None:  # its file may change from one reading to the next
             unit = self.motion.velocity(self.times())
-            size, lost = measure().tolist()
-            return unit, size, lost
-        seed = self.seed if isinstance(reference, Multisine) else 0
-        key = (reference.model_dump_json(), seed, self.joint.solver_period, int(steps[-1]))
-        unit = MOTIONS.get(key, lambda: reference.velocity(self.times(), np.random.default_rng([self.seed, 0])))
-        size, lost = MOTIONS.get((*key, self.sampling), measure).tolist()
-        return unit, size, lost
+            return unit, *size_and_lost_fraction(unit, self.sample_steps)
+        seed = self.seed if isinstance(self.reference, Multisine) else 0  # nothing else is drawn
+        text = self.reference.model_dump_json()
+        return measured_motion(text, seed, self.joint.solver_period, self.length, self.sampling)
 
     def noise(self) -> NDArray[np.float64]:
         """Return the noise of the velocity at each sample, rad/s, shape (samples,)."""

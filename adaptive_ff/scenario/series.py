@@ -1,14 +1,7 @@
-"""Long series: in chunks, what is lost between their samples, sums of sines, and series that several scenarios have.
-
-A sweep, a matrix and a comparison ask for the same motion several times: where the scenario is checked, where the drive
-is sized, where a run begins. What is kept is read-only; who wants to hand it to compiled code takes a copy, for a
-read-only array is another type there and everything would be compiled anew.
-"""
+"""Long series: in chunks, what is lost between their samples, and sums of sines."""
 
 import math
-from collections import OrderedDict
-from collections.abc import Callable, Hashable, Iterator
-from threading import Lock
+from collections.abc import Iterator
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,9 +10,6 @@ Array = NDArray[np.float64]
 
 CHUNK = 2**18
 """Values of a series that are computed at a time."""
-
-ROOM = 32_000_000
-"""Bytes that all series kept may fill; a longer one is computed each time."""
 
 
 def chunks(size: int, length: int = CHUNK) -> Iterator[slice]:
@@ -33,6 +23,7 @@ def largest_size(values: NDArray[np.float64]) -> float:
     return max(float(np.max(values)), -float(np.min(values)))
 
 
+@np.errstate(over="ignore", invalid="ignore")
 def size_and_lost_fraction(series: NDArray[np.float64], steps: NDArray[np.int64]) -> tuple[float, float]:
     """Return the rms of a series on an even grid, and the fraction that straight lines between samples lose."""
     samples, lost = steps.size - 1, 0.0
@@ -78,36 +69,3 @@ def _sum_in_chunk(omegas: Array, phases: Array, weights: Array, time: Array) -> 
         one *= weight
         table += one
     return table.ravel()[: time.size]
-
-
-class SharedSeries:
-    """Series by key in a room of some bytes; the one that was not asked for longest goes first."""
-
-    def __init__(self, room: int = ROOM) -> None:
-        self._room = room
-        self._filled = 0
-        self._kept: OrderedDict[Hashable, Array] = OrderedDict()
-        self._lock = Lock()
-
-    def get(self, key: Hashable, compute: Callable[[], Array]) -> Array:
-        """Return the series of a key, read-only, computed where it is not kept."""
-        with self._lock:
-            if key in self._kept:
-                self._kept.move_to_end(key)
-                return self._kept[key]
-        series = compute()
-        series.flags.writeable = False
-        if series.nbytes <= self._room:
-            with self._lock:
-                if key not in self._kept:  # another thread may have been faster
-                    self._kept[key] = series
-                    self._filled += series.nbytes
-                while self._filled > self._room:
-                    self._filled -= self._kept.popitem(last=False)[1].nbytes
-        return series
-
-    def clear(self) -> None:
-        """Keep nothing of what is kept now."""
-        with self._lock:
-            self._kept.clear()
-            self._filled = 0
