@@ -14,11 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares, minimize_scalar
 
-from adaptive_ff.simulation.loop import step_joint
 from adaptive_ff.simulation.metrics import rms
 from benchmarks.cases.reports import Row, limited
-from controllers.compiled import compiled
-from plant import ElastoPlasticJoint, LuGreJoint, MaxwellJoint, RollingJoint, initial_state
+from controllers import compiled, dispatched
+from plant import STEP_JOINT, ElastoPlasticJoint, LuGreJoint, MaxwellJoint, RollingJoint, initial_state
 
 HEAVY = 1e12  # inertia of the joint that is pushed along, kg
 STEP = 0.005  # solver period that the joints are checked for, s; the record's is the same but for a few samples
@@ -62,6 +61,9 @@ def read_record(path: Path = DATA) -> PreslidingRecord:
     position = without_flicker(position - np.mean(position))
     period = np.diff(time)
     return PreslidingRecord(period, position[1:], np.diff(position) / period, force[1:])
+
+
+step_joint = dispatched(STEP_JOINT)  # of any kind of joint
 
 
 def _push(joint: Any, state: Any, velocity: Any, period: Any, force: Any) -> None:
