@@ -46,11 +46,9 @@ def column_names(path: Path) -> list[str]:
 
 def with_units(path: Path, columns: Mapping[str, str]) -> dict[str, str]:
     """Return names of columns by role, with the units in brackets that a row below the header of a text file gives."""
-    units = {}
-    if is_text(path):
-        read_content(path, ())  # which refuses a file that cannot be read
-        units = {column: f" [{unit.strip('[](){} ')}]" for column, unit in table_units(path).items()}
-    return {role: column + units.get(column, "") for role, column in columns.items()}
+    units = table_units(path) if is_text(path) else {}
+    named = {column: f"{column} [{unit.strip('[](){} ')}]" for column, unit in units.items()}
+    return {role: named.get(column, column) for role, column in columns.items()}
 
 
 def read_scales(texts: Sequence[str]) -> dict[str, float]:

@@ -83,7 +83,8 @@ def read_table(path: Path, wanted: Collection[str]) -> tuple[list[str], dict[str
 
 def table_units(path: Path) -> dict[str, str]:
     """Return the units that a row below the header of a text file gives, by column; none without such a row."""
-    layout = _layout(path)
+    with reading(path):
+        layout = _layout(path)
     return {name: unit for name, unit in zip(layout.names, layout.units, strict=False) if unit}
 
 

@@ -25,7 +25,7 @@ from adaptive_ff.logs.defects import Skipped
 from adaptive_ff.logs.log import Log, check_log
 from adaptive_ff.replay.learning import Learner, columns_of, initial_state, learn, make_learner
 from adaptive_ff.reported import WORTH, Reported
-from adaptive_ff.scenario.axis_units import of_linear
+from adaptive_ff.scenario.axis_units import axis_unit
 from controllers.triangle import packed, unpacked
 
 NONE, FIXED, RECORDED, COLD, SAVED = "none", "fixed", "recorded", "adaptive", "adaptive_saved"
@@ -106,8 +106,7 @@ class Replay(Reported):
     def units(self) -> dict[str, str]:
         """Units of the estimates, by name."""
         names = next(iter(self.series.estimates.values()))
-        units = {name: unit_of(name) or "N m" for name in names}
-        units = {name: of_linear(unit) if self.linear else unit for name, unit in units.items()}
+        units = {name: axis_unit("linear" if self.linear else "", unit_of(name) or "N m") for name in names}
         return of_current(units) if self.is_current else units
 
     @property
@@ -245,7 +244,9 @@ def replay_log(
     if fixed is not None:
         others[FIXED] = [_fixed_torque(fixed, prepared, rows) for rows in prepared.rows]
     if FEEDFORWARD in log.extra:
-        others[RECORDED] = _recorded(prepared)
+        clock, recorded = prepared.log.time, prepared.log.extra[FEEDFORWARD]
+        known = np.isfinite(recorded)
+        others[RECORDED] = [np.interp(rows.time, clock[known], recorded[known]) for rows in prepared.rows]
     fed, estimates = ({name: [part[name][place] for part in parts] for name in started} for place in (0, 1))
     left, series = _judged(prepared, needed, {**others, **fed}, estimates, learner)
     notes = [
@@ -353,13 +354,6 @@ def _fixed_torque(found: LogIdentification, prepared: Prepared, rows: Rows) -> A
     data = Data(prepared._replace(rows=[rows.unfiltered()]), Map(), not found.linear)
     names = tuple(name for name in found.best.model.names if name != "torque_delay")
     return np.asarray(data.columns(names, found.best.model.shape) @ [found.best.values[name] for name in names])
-
-
-def _recorded(prepared: Prepared) -> list[Array]:
-    """Return the machine's own feedforward at the samples of each segment."""
-    recorded = prepared.log.extra[FEEDFORWARD]
-    finite = np.isfinite(recorded)
-    return [np.interp(rows.time, prepared.log.time[finite], recorded[finite]) for rows in prepared.rows]
 
 
 def _state_to_json(learner: Learner, state: Member) -> str:
