@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
+from rich.console import Console
 from rich.table import Table
 
 from adaptive_ff.cli.cluster import workers as cluster
@@ -22,13 +23,12 @@ from benchmarks.pages import (
     pages,
     rendered,
     typed_numbers,
-    write_pages,
 )
 from benchmarks.results import RESULTS, read_result, results_in
 from benchmarks.running import BASE, run_suite, suite_fingerprint
 from benchmarks.suite import load_suite, suite_names
-from benchmarks.wide import wide_console
 
+WIDTH = 190  # of the tables of a comparison where the output is no terminal, characters
 TRIAL = RESULTS / "trial"  # where results of runs go that differ from what a suite says; not committed
 
 app = typer.Typer(add_completion=False, no_args_is_help=True, pretty_exceptions_enable=False)
@@ -132,9 +132,10 @@ def compare(
             table.add_row(*line)
         for line in moved_lines(suite, before, after, chosen):
             moved.add_row(*line)
-    wide_console().print(table)
+    console = Console(width=None if sys.stdout.isatty() else WIDTH)
+    console.print(table)
     if moved.row_count:
-        wide_console().print(moved)
+        console.print(moved)
 
 
 @app.command()
@@ -151,16 +152,19 @@ def pages_command(
     check: Annotated[bool, typer.Option("--check", help="Change nothing; exit 1 where a page differs.")] = False,
 ) -> None:
     """Fill the tables and numbers of all pages from the stored results."""
-    if check:
-        different = [page for page in pages() if rendered(text := page.read_text(encoding="utf-8")) != text]
-    else:
-        different = write_pages()
-    for page in different:
-        print(f"{page.relative_to(ROOT)}: {'is not as filled' if check else 'filled'}")
+    different = 0
+    for page in pages():
+        text = page.read_text(encoding="utf-8")
+        filled = rendered(text)
+        if filled != text:
+            different += 1
+            print(f"{page.relative_to(ROOT)}: {'is not as filled' if check else 'filled'}")
+            if not check:
+                page.write_text(filled, encoding="utf-8")
     texts = [page.read_text(encoding="utf-8") for page in pages()]
-    hand, decimals = (sum(len(count(text)) for text in texts) for count in (numbers_by_hand, typed_numbers))
-    filled = sum(map(filled_numbers, texts))
-    print(f"numbers by hand: {hand} ({decimals} of them decimals) of {hand + filled}, {hand / (hand + filled):.1%}")
+    hand, decimals = (sum(len(find(text)) for text in texts) for find in (numbers_by_hand, typed_numbers))
+    count = sum(map(filled_numbers, texts))
+    print(f"numbers by hand: {hand} ({decimals} of them decimals) of {hand + count}, {hand / (hand + count):.1%}")
     raise typer.Exit(1 if check and different else 0)
 
 

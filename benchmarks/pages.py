@@ -116,18 +116,6 @@ def pages() -> list[Path]:
     return sorted([ROOT / "README.md", *written])
 
 
-def write_pages() -> list[Path]:
-    """Fill all pages; return those that have changed."""
-    changed = []
-    for page in pages():
-        before = page.read_text(encoding="utf-8")
-        after = rendered(before)
-        if after != before:
-            page.write_text(after, encoding="utf-8")
-            changed.append(page)
-    return changed
-
-
 def numbers_by_hand(text: str) -> list[str]:
     """Return all numbers that are typed by hand into a page, those of equations and dates too: no code, not filled."""
     return NUMERAL.findall(CODE.sub("", NUMBER.sub("", TABLE.sub("", text))))
