@@ -8,11 +8,11 @@ from adaptive_ff.report.table import DEVIATIONS, shown
 from adaptive_ff.report.tables import FEEDFORWARDS
 
 LIMITS = {
-    "saturation": ("the torque limit of the drive", "take a larger drive, or a slower reference"),
+    "saturation": ("the torque limit", "take a larger drive, or a slower reference"),
     "noise": ("noise", "take a finer sensor, or a slower loop (adaptive-ff tune)"),
     "delay": ("delay", "shorten it, and let the controller know the reference ahead"),
-    "bandwidth": ("the bandwidth of the loop", "take a faster loop (adaptive-ff tune), or sample faster"),
-    "friction": ("friction", "learn longer, or along another motion (adaptive-ff excite)"),
+    "bandwidth": ("bandwidth", "take a faster loop (adaptive-ff tune), or sample faster"),
+    "friction": ("friction", "learn longer, or on another motion (adaptive-ff excite)"),
 }
 """What most of the error that is left is due to, and what to do about it, by code."""
 
@@ -53,7 +53,7 @@ def bandwidth_lines(found: Mapping[str, Any]) -> list[str]:
 
 def limit_line(limit: str, step: str) -> str:
     """Return what most of the error that is left is due to, by its code, and what to do about it."""
-    return f"Most of the error that is left is due to {LIMITS[limit][0]}: {step}."
+    return f"Error due to {LIMITS[limit][0]}: {step}."
 
 
 def matrix_lines(found: Mapping[str, Any]) -> list[str]:

@@ -45,6 +45,7 @@ def check(text, height=HEIGHT):
     "command",
     [
         ["compare"],
+        ["compare", "SCENARIO"],
         ["scenarios"],
         ["scenarios", "lugre"],
         ["sweep", "--runs", "2", "--controller", "fixed"],

@@ -80,7 +80,7 @@ def test_loop_that_is_too_fast_for_its_encoder_is_warned_of(tmp_path):
     assert outcome.status == 0, outcome.err
     said = " ".join(outcome.warnings)
     assert "the velocity loop oscillates: its maximum sensitivity is 2.7 and its phase margin 24 degrees" in said
-    assert "Most of the error that is left is due to noise:" in outcome.out
+    assert "Error due to noise:" in outcome.out
     named = float(re.search(r"feedback.bandwidth = (\S+) Hz or less", said)[1])
     assert named < 61.0
     assert re.search(r"oracle, which is fed the true friction, settles at .* noise of the measurement dominates", said)
