@@ -4,9 +4,8 @@ It is loaded by every run of pytest where the package is installed, so it import
 """
 
 import re
-from collections.abc import Iterable
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import pytest
 
@@ -34,10 +33,8 @@ class TrackingBaseline:
         comparison: "Comparison",
         tolerance: "Tolerance | None" = None,
         *,
-        controllers: Iterable[str] | None = None,
-        metrics: Iterable[str] | None = None,
-        across: Iterable[str] = (),
         name: str | None = None,
+        **guarded: Any,
     ) -> None:
         """Fail where tracking got worse than in the stored baseline; with the option, store it anew.
 
@@ -45,10 +42,12 @@ class TrackingBaseline:
         ----------
         comparison : Comparison
             The result now.
-        tolerance, controllers, metrics, across : optional
+        tolerance : float, str or mapping, optional
             See ``adaptive_ff.assert_no_regression``.
         name : str, optional
             Name of the baseline, where a test checks several.
+        **guarded
+            ``controllers``, ``metrics`` and ``across`` of ``adaptive_ff.assert_no_regression``.
         """
         __tracebackhide__ = True
         from adaptive_ff.comparison.gate import assert_no_regression
@@ -65,9 +64,7 @@ class TrackingBaseline:
         else:
             failure = ""
             try:
-                assert_no_regression(
-                    comparison, path, tolerance, controllers=controllers, metrics=metrics, across=across
-                )
+                assert_no_regression(comparison, path, tolerance, **guarded)
             except (AssertionError, InputError) as error:
                 failure = str(error).replace("(--across gains)", '(across="gains")')
             if failure:  # outside, so that it is printed once

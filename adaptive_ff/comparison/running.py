@@ -1,7 +1,7 @@
 """A controller of any kind driven over a setup: compiled where it has kernels, else in plain Python."""
 
 import copy
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 from typing import Any
@@ -62,8 +62,12 @@ def drive_over(
     drive = Drive(controller)
     setup = drive.previewed(setup)
     record, position = drive.empty_record(setup), start_position(setup)
-    for stop in ends_of_parts(setup.noise.size, parts, reports):
+    count = setup.noise.size
+    part = min(PART, max(1, count // parts))
+    for stop in [*range(part, count, part), count]:
         position = drive.advance(setup, position, stop, record)
+        if reports is not None:
+            reports(stop, count)
     return record, drive
 
 
@@ -79,16 +83,6 @@ def compile_together(controllers: Iterable[Any], setup: RunSetup) -> None:
         own = [each for each in controllers if isinstance(each, Controller)]
         with ThreadPoolExecutor(max(1, len(own))) as pool:  # most wait for a compiler, or for another one's kernels
             list(pool.map(begin, own))
-
-
-def ends_of_parts(count: int, parts: int, reports: Callable[[int, int], None] | None) -> Iterator[int]:
-    """Yield the sample at which each part of a run ends; report it when it has ended."""
-    part = min(PART, max(1, count // parts))
-    for start in range(0, count, part):
-        stop = min(start + part, count)
-        yield stop
-        if reports is not None:
-            reports(stop, count)
 
 
 def check_progress(progress: Any) -> None:
