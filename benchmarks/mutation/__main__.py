@@ -3,7 +3,8 @@
 Of all small faults (``operators``) of the functions of some rooms a sample is drawn. Each is put first into a fork of a
 process that has collected the tests of these rooms, where all functions run as plain Python and the tests that reach
 its line run, the quickest first; what survives is put into a copy of the tree, where kernels are compiled, for the
-tests that take long in plain Python and those of its room that import its file. Verdicts are kept as they come.
+figures of ``tests/test_figures.py``, the tests that take long in plain Python and those of its room that import its
+file. A mutant with which tests do not end counts as noticed. Verdicts are kept as they come.
 """
 
 import fcntl
@@ -38,10 +39,16 @@ from benchmarks.running import KEPT
 
 ROOMS = ("controllers", "plant", "friction", "learning", "adaptive", "identify", "simulation")  # what is mutated
 
-TESTS = ("controllers", "plant", *(f"adaptive_ff/{room}" for room in (*ROOMS[2:], "baselines", "comparison", "replay")))
-"""Folders of the tests that are run."""
+TESTS = (
+    "test_figures.py",
+    "controllers",
+    "plant",
+    *(f"adaptive_ff/{room}" for room in (*ROOMS[2:], "baselines", "comparison", "replay")),
+)
+"""Files and folders of the tests that are run."""
 
-LINE_UP = ("pi", "oracle", "adaptive")
+OBSERVERS = ("disturbance_observer", "extended_state", "kalman_disturbance", "super_twisting")
+LINE_UP = ("pi", "oracle", "adaptive", "adaptive_paper", *OBSERVERS)
 """Controllers that the tests find in plain Python; others are identified or tuned in many runs before they are made."""
 
 OPTIONS = ("-n", "0", "-q", "-p", "no:cacheprovider", "--assert=plain", "--hypothesis-profile", "mutation")

@@ -19,10 +19,10 @@ from _pytest.runner import runtestprotocol
 
 from benchmarks.mutation.operators import Mutant, marked_code
 
-SLOWEST = 0.5
+SLOWEST = 2.0
 """Tests that take longer in plain Python, s of processor time, are run compiled alone, as all cases of the same."""
 
-MOST = 6.0  # processor time of the tests that a mutant meets in plain Python at most, s
+MOST = 10.0  # processor time of the tests that a mutant meets in plain Python at most, s
 
 PATIENCE, GRACE = 3.0, 5.0
 """A mutant is given this many times the time that its tests take without it, and so many seconds."""

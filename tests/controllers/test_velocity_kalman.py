@@ -66,19 +66,3 @@ def test_noise_of_the_velocity_is_the_one_that_the_covariance_predicts():
     found, _ = estimate(make_kalman(), measured, run=run_compiled)
     error = (found - states[:, 1])[1000:]
     assert np.std(error) == pytest.approx(math.sqrt(kalman.P[1, 1]), rel=0.03)
-
-
-@pytest.mark.parametrize("jitter", [0.0, 0.5])
-def test_constant_acceleration_is_followed_without_lag(jitter):
-    """The prediction takes the real time, so jitter does not matter either."""
-    dt = PERIOD * (1.0 + jitter * np.random.default_rng(6).uniform(-1.0, 1.0, 3000))
-    time = np.cumsum(dt) - dt[0]
-    found, _ = estimate(make_kalman(), 0.5 * 2.0 * time**2, dt=dt)
-    assert found[-1000:] == pytest.approx(2.0 * time[-1000:], abs=1e-8)
-
-
-def test_step_of_velocity_is_reached_with_the_overshoot_of_a_filter_without_lag():
-    found, _ = estimate(make_kalman(), 0.5 * PERIOD * np.arange(3000))
-    assert found[0] == 0.0
-    assert 0.5 < np.max(found) < 0.75
-    assert found[-1] == pytest.approx(0.5, rel=1e-6)

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 from part_figures import PARTS, numbers, rms
+from picture_figures import PICTURES
 
 from adaptive_ff import load_scenario, simulate
 from adaptive_ff.comparison.registry import CONTROLLERS
@@ -135,6 +136,7 @@ CASES = {
     **{f"adaptive in {name}": (run_figures, (name,)) for name in (*SCENARIOS, *FEATURES)},
     **{f"{name} in {SCENARIOS[0]}": (run_figures, (SCENARIOS[0], name)) for name in CONTROLLERS},
     **{f"log of {name}": (log_figures, (name,)) for name in LOGS},
+    **PICTURES,
     **PARTS,
 }
 

@@ -251,10 +251,10 @@ MADE = {
 }
 
 PARTS = {
-    **{f"functions of {room}": (digests, (room,)) for room in ROOMS},
     **{f"joint {name}": (joint_figures, (name,)) for name in KINDS},
-    "designs": (design_figures, ()),
+    **{f"steps of {name}": (controller_figures, (make,)) for name, make in {**MADE, **adaptive_variants()}.items()},
     "fits": (fit_figures, ()),
     "kernels in C": (written_figures, ()),
-    **{f"steps of {name}": (controller_figures, (make,)) for name, make in {**MADE, **adaptive_variants()}.items()},
+    **{f"functions of {room}": (digests, (room,)) for room in ROOMS},
+    "designs": (design_figures, ()),
 }

@@ -6,11 +6,10 @@ import numpy as np
 import pytest
 from closed_loops import SCENARIO
 
-from adaptive_ff import PER_DIRECTION, WITH_OFFSET, AdaptiveController, TorqueModel, run_in_c, simulate
+from adaptive_ff import WITH_OFFSET, AdaptiveController, run_in_c, simulate
 from adaptive_ff.adaptive.arguments import MOST_REGRESSORS
 from adaptive_ff.report.diagnosis import map_sentences
-from controllers import PI
-from tests.helpers.driven_joint import GAINS, PERIOD, drive, known_position, make, reference_joint, rms
+from tests.helpers.driven_joint import drive, known_position, make, reference_joint, rms
 
 END = 40.0
 
@@ -36,18 +35,6 @@ def test_a_column_that_is_made_up_is_learnt_fed_saved_and_exported():
     exported = run_in_c(informed)
     for _ in range(50):
         assert exported.step(0.1, 0.1, next_reference=0.1) == other.step(0.1, 0.1, next_reference=0.1)
-
-
-def test_friction_by_direction_is_told_apart():
-    controller = make(PER_DIRECTION)
-    joint = reference_joint()
-
-    def unequal(time, position):
-        return math.copysign(10.0, joint.state.velocity) * (joint.state.velocity > 0.0) + 10.0 * joint.state.velocity
-
-    run = drive(controller, joint, 0.0, END, load=unequal)
-    alone = drive(PI(*GAINS, PERIOD), reference_joint(), 0.0, END)
-    assert late(run) < 0.5 * late(alone)
 
 
 def test_a_ripple_of_a_known_period_is_learnt_and_fed():
@@ -79,14 +66,6 @@ def test_friction_over_position_is_learnt_fed_and_told(asked):
         assert np.max(np.abs(learnt.factor - truth)) < 0.15
         (said,) = map_sentences(learnt)
         assert "repeats every 1 rad" in said
-
-
-def test_a_first_map_is_fed_from_the_first_sample():
-    model = TorqueModel(20.0, 60.0, 90.0, 80.0, 0.02, 0.05, 1.0)
-    controller = make(model=model, position_periods=[1.0], position_map=[0.1, 0.3])
-    learnt = controller.learnt_map
-    expected = 1.0 + 0.1 * np.cos(2.0 * math.pi * learnt.position) + 0.3 * np.sin(2.0 * math.pi * learnt.position)
-    np.testing.assert_allclose(learnt.factor, expected / np.mean(expected), rtol=1e-6)
 
 
 @pytest.mark.parametrize(

@@ -45,19 +45,6 @@ def test_joint_with_weight_settles_as_without(unloaded, parameters):
     assert controller.estimates["coulomb"] == pytest.approx(60.0, abs=3.0)
 
 
-def test_what_the_weight_costs_where_it_is_not_identified(unloaded):
-    """The margins of the test above mean something. Four times the weight: what changes slowly the integral takes."""
-
-    def heavier(time, position):
-        return 4.0 * weight(time, position)
-
-    blind, seeing = (
-        settled(drive(make(kind), reference_joint(), 0.0, END, load=heavier, position=known_position, limit=900.0))
-        for kind in (WITH_OFFSET, WITH_GRAVITY)
-    )
-    assert blind > 1.3 * seeing
-
-
 def test_without_a_position_nothing_of_gravity_is_identified_or_fed():
     plain, blind = make(WITH_OFFSET), make()
     first = drive(plain, reference_joint(), 0.0, 5.0)
@@ -77,28 +64,6 @@ def test_position_of_the_motor_through_a_gear():
     assert here == pytest.approx(100.0 * math.sin(0.4), rel=0.05)
     with pytest.raises(ValueError, match=r"^gear_ratio = "):
         make(gear_ratio=0.0)
-
-
-def test_a_saved_state_belongs_to_its_gear():
-    text = make(gear_ratio=-50.0).state_to_json()
-    make(gear_ratio=-50.0).state_from_json(text)
-    for other in (50.0, 1.0):
-        with pytest.raises(ValueError, match="gear_ratio"):
-            make(gear_ratio=other).state_from_json(text)
-        with pytest.raises(ValueError, match="gear_ratio"):
-            make(gear_ratio=-50.0).state_from_json(make(gear_ratio=other).state_to_json())
-    with pytest.raises(ValueError, match=r"^estimates = "):
-        make(gear_ratio=-50.0).state_from_json(make(gear_ratio=-50.0, regressors=1).state_to_json())
-
-
-def test_lost_positions_hold_the_last_one(unloaded):
-    def torn(time, position):
-        return math.nan if 12.0 < time < 12.5 else position
-
-    run = drive(make(), reference_joint(), 0.0, END, load=weight, position=torn)
-    lost = (run.time > 12.0) & (run.time < 13.5)
-    assert rms(run.error[lost]) < 4.0 * unloaded
-    assert settled(run) < 1.15 * unloaded
 
 
 def test_further_regressors_carry_what_another_joint_hangs_on_this_one(unloaded):

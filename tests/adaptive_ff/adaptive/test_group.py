@@ -9,7 +9,7 @@ import pytest
 from adaptive_ff import WITH_GRAVITY, AdaptiveController, JointGroup
 from adaptive_ff.adaptive.arguments import LARGEST_REGRESSOR, MOST_REGRESSORS
 from adaptive_ff.adaptive.prior import wave_place
-from controllers import PI, pi_gains
+from controllers import pi_gains
 
 PERIOD, SAMPLES = 0.01, 300
 JOINT = dict(zip(("proportional", "integral"), pi_gains(2.0, 10.0), strict=True))
@@ -128,15 +128,6 @@ def test_positions_of_motors_are_summed_as_angles_of_their_joints():
         np.testing.assert_allclose(one.regressors, other.regressors, rtol=1e-12)
 
 
-def test_regressors_may_be_an_array_and_hold_where_they_are_not_given():
-    group = JointGroup(controllers((2, 2)))
-    group.step([0.1, 0.1], [0.1, 0.1], regressors=np.array([[0.1, 0.2], [0.3, 0.4]]))
-    group.step([0.1, 0.1], [0.1, 0.1], regressors=[None, [0.5, math.nan]])
-    group.step([0.1, 0.1], [0.1, 0.1])
-    held = [joint.state.psi[-4:-2].tolist() for joint in group.joints.values()]
-    assert held == [[0.1, 0.2], [0.5, 0.4]]
-
-
 def goes_on(group, new, **given):
     """Restore a group's state in a new one; both then do the same until the end, regressors given now and then."""
     new.state_from_json(group.state_to_json())
@@ -207,16 +198,6 @@ def test_a_measurement_that_is_not_finite_concerns_its_joint_alone(name, value):
     for joint in ("shoulder", "wrist"):
         assert torn.joints[joint].state_to_json() == whole.joints[joint].state_to_json()
     assert torn.rejected == {"shoulder": 0, "elbow": 150 if name == "velocity" else 0, "wrist": 0}
-
-
-def test_faults_are_those_of_each_joint():
-    reference, measured, position, _ = signals()
-    group = JointGroup(controllers((0, 0)))
-    for k in range(260):
-        feedforward = [0.0, 1e306 if k < 3 else 0.0]
-        group.step(reference[k], [math.nan, measured[k, 1]], position=position[k], feedforward=feedforward)
-    assert group.fault == {"shoulder": True, "elbow": False}
-    assert group.faults == {"shoulder": 0, "elbow": 3}
 
 
 @pytest.mark.parametrize("coupled", [False, True])
@@ -306,20 +287,6 @@ def test_what_is_no_group_is_refused_in_one_line(table, message):
     with pytest.raises(ValueError, match=message) as raised:
         JointGroup.from_table(table)
     assert "\n" not in str(raised.value)
-
-
-@pytest.mark.parametrize("other", [PI(100.0, 1000.0, 0.01), 3])
-def test_what_is_no_adaptive_controller_is_refused_by_name(other):
-    with pytest.raises(TypeError, match=r"^elbow = .* is not allowed: it must be an AdaptiveController"):
-        JointGroup({"elbow": other})
-
-
-def test_joints_without_names_or_of_one_controller_are_refused():
-    with pytest.raises(TypeError, match=r"^joints = \[0, 1\] is not allowed: it must be controllers by name, such as"):
-        JointGroup([0, 1])
-    (one,) = controllers((0,)).values()
-    with pytest.raises(ValueError, match="one controller stands under two names"):
-        JointGroup({"shoulder": one, "elbow": one})
 
 
 TWO = [0.1, 0.2]

@@ -6,7 +6,7 @@ import math
 import numpy as np
 import pytest
 
-from adaptive_ff import PER_DIRECTION_WITH_GRAVITY, WITH_GRAVITY, WITH_OFFSET, AdaptiveController, TorqueModel
+from adaptive_ff import WITH_GRAVITY, WITH_OFFSET, AdaptiveController, TorqueModel
 from controllers import PI, PositionLoop
 from tests.helpers.driven_joint import (
     GAINS,
@@ -217,27 +217,6 @@ def test_a_first_model_is_fed_from_the_first_sample_and_corrected():
     assert abs(errors["stubborn"][1] - 60.0) > 2.0 * abs(errors["wrong"][1] - 60.0)
 
 
-def test_a_model_may_be_the_estimates_of_another_controller():
-    first = make()
-    drive(first, reference_joint(), 0.0, 6.0)
-    second = make(model=first.estimates)
-    assert learnt(second) == pytest.approx(learnt(first))
-    assert second.uncertainties["coulomb"] == pytest.approx(0.2 * first.estimates["coulomb"])
-    third = make(model=first.estimates, deviation=first.uncertainties)
-    assert third.uncertainties["coulomb"] == pytest.approx(first.uncertainties["coulomb"])
-
-
-def test_first_values_and_deviations_of_all_columns_come_back_by_name():
-    columns = {"parameters": PER_DIRECTION_WITH_GRAVITY, "regressors": 2, "ripple_periods": [0.3]}
-    names = make(**columns).estimate_names[6:-2]  # behind the offset, which is what the integral holds
-    model = {"inertia": 20.0, "coulomb": 60.0, "stiction": 90.0, "friction_lag": 0.02}
-    model |= {name: float(k) for k, name in enumerate(names)}
-    deviation = {name: 1.0 + 0.1 * k for k, name in enumerate(names)}
-    controller = make(**columns, model=model, deviation=deviation)
-    assert {name: controller.estimates[name] for name in model} == pytest.approx(model)
-    assert {name: controller.uncertainties[name] for name in names} == pytest.approx(deviation)
-
-
 @pytest.mark.parametrize(
     ("options", "message"),
     [
@@ -302,20 +281,6 @@ def test_inverse_dynamics_with_inertia_is_fed_once_and_the_inertia_is_identified
     np.testing.assert_allclose(with_it.torque, without.torque, atol=1e-6)
     assert said.estimates["inertia"] == pytest.approx(20.0, rel=0.12)
     assert silent.estimates["inertia"] < 10.0  # what saying so is for
-
-
-def test_given_inertia_counts_as_assumed_and_its_error_is_identified():
-    """The joint has 20 kg m^2 in truth."""
-
-    def given(time, position):
-        return 25.0
-
-    controller, plain = make(), make()
-    wrong = drive(controller, reference_joint(), 0.0, 20.0, inertia=given)
-    right = drive(plain, reference_joint(), 0.0, 20.0)
-    assert controller.estimates["inertia"] * 25.0 / 20.0 == pytest.approx(20.0, rel=0.12)
-    later = wrong.time > 10.0
-    assert rms(wrong.error[later]) < 1.1 * rms(right.error[later])
 
 
 @pytest.mark.parametrize("begin", [0.0, 1.0, 12.0])
@@ -383,16 +348,6 @@ def test_stepped_set_points_are_tracked_no_worse_than_by_pi():
     windows = [(rms(errors["adaptive"][k : k + 500]), rms(errors["pi"][k : k + 500])) for k in range(0, 4000, 500)]
     assert all(own < 1.1 * base for own, base in windows)
     assert rms(errors["adaptive"][2000:]) < rms(errors["pi"][2000:]) / 0.95
-
-
-def test_a_call_that_comes_late_answers_to_the_plan_of_now():
-    """The plan is another one after 0.3 s, the joint has followed it, and the time is told: nothing is to be done."""
-    torques = {}
-    for name, controller in (("pi", PI(*GAINS, PERIOD)), ("adaptive", make())):
-        for k in range(200):
-            controller.step(0.001 * k, 0.001 * k, next_reference=0.001 * (k + 1))
-        torques[name] = controller.step(0.1, 0.1, next_reference=0.1, dt=0.3)
-    assert torques["adaptive"] == pytest.approx(torques["pi"], abs=1.0)
 
 
 def test_a_known_torque_far_larger_than_friction_is_no_brake():

@@ -7,7 +7,6 @@ import pytest
 from closed_loops import SCENARIO
 
 from adaptive_ff import InputError, compare, simulate
-from adaptive_ff.report.tables import position_table
 from adaptive_ff.simulation.metrics import rms
 from controllers import PI, PositionLoop
 from plant import Joint
@@ -56,32 +55,6 @@ def test_position_loop_keeps_the_joint_on_its_path():
     drifting, kept = (simulate(scenario, "pi") for scenario in (PLAIN, CASCADE))
     drift = PLAIN.joint.solver_period * np.abs(np.sum(drifting.reference - drifting.velocity))
     assert drift > 3.0 * abs(kept.position_error[-1])
-
-
-def test_without_the_table_there_is_no_position_in_the_results():
-    comparison = compare(PLAIN)
-    assert comparison.runs["pi"].position_error is None
-    assert "position" not in "".join(comparison.to_dict()["controllers"]["pi"])
-    assert position_table(comparison) is None
-    assert "position_error" not in comparison.runs["pi"].columns()
-
-
-def test_results_and_tables_hold_the_position_error(comparison):
-    found = comparison.to_dict()["controllers"]
-    for name, run in comparison.runs.items():
-        assert found[name]["rms_position_error_settled"] == run.position_metrics.rms_position_error_settled
-        assert np.array_equal(run.columns()["position_error"], run.position_error[CASCADE.sample_steps[:-1]])
-    table = position_table(comparison)
-    ratio = found["pi"]["rms_position_error_settled"] / found["oracle"]["rms_position_error_settled"]
-    assert table.column("over pi") == ["1.00", f"{ratio:#.3g}"]
-    assert ratio > 2.0
-
-
-def test_pictures_show_the_position_error(comparison):
-    labels = [axes.get_ylabel() for axes in comparison.plot()["tracking"].axes]
-    assert labels[2] == "position error (mrad), same close-up"
-    labels = [axes.get_ylabel() for axes in comparison.runs["pi"].plot().axes]
-    assert labels[2] == "position error (mrad)"
 
 
 def test_own_controller_without_a_correction_follows_plan_and_correction_as_one_velocity():

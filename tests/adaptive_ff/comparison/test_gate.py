@@ -53,11 +53,6 @@ def test_a_linear_axis_is_said_in_its_units(comparison):
     assert " N (" in second
 
 
-def test_same_result_passes(comparison, baseline):
-    assert regressions(comparison, read_baseline(baseline), 0.0) == []
-    assert_no_regression(comparison, baseline)
-
-
 @pytest.mark.parametrize("figure", METRIC_UNITS)
 def test_each_figure_is_gated(comparison, baseline, figure):
     old = comparison.to_dict()["controllers"]["pi"][figure]
@@ -76,26 +71,6 @@ def test_controller_that_was_not_run_is_named(comparison, baseline):
     content["controllers"]["gone"] = content["controllers"]["pi"]
     content["controllers"].pop("fixed")
     assert regressions(comparison, content) == ["gone: is in the baseline, but was not run"]
-
-
-@pytest.mark.parametrize("tolerance", [-0.1, float("nan"), float("inf"), "", "five", "-1%", "inf%"])
-def test_tolerance_out_of_range(comparison, baseline, tolerance):
-    with pytest.raises(InputError, match="tolerance"):
-        regressions(comparison, read_baseline(baseline), tolerance)
-
-
-@pytest.mark.parametrize("tolerance", [5, 5.0, "5", "1.01"])
-def test_bare_number_above_one_is_refused_with_both_spellings(comparison, baseline, tolerance):
-    with pytest.raises(InputError) as refused:
-        regressions(comparison, read_baseline(baseline), tolerance)
-    share = 0.01 * float(tolerance)
-    assert f"write {tolerance}% or {share:g} for {tolerance} %" in str(refused.value)
-
-
-def test_large_percentage_is_allowed_where_it_is_written_as_one(comparison, baseline):
-    changed(baseline, rms_error=comparison.runs["pi"].metrics.rms_error / 5.9)
-    assert regressions(comparison, read_baseline(baseline), "500%") == []
-    assert len(regressions(comparison, read_baseline(baseline), "480%")) == 1
 
 
 def test_most_particular_tolerance_counts(comparison, baseline):
@@ -211,20 +186,6 @@ def test_recorded_reference_may_lie_elsewhere(baseline):
     assert scenario_differences(here, content) == []
     here = SHORT.model_copy(update={"reference": Recorded(kind="csv", path="/home/me/other.csv")})
     assert scenario_differences(here, content) == ['reference.path is "motion.csv" there and "other.csv" here']
-
-
-@pytest.mark.parametrize("text", ["", "[]", "{}", '{"controllers": {}}', '{"controllers": {"pi": 1}}', "\x00"])
-def test_file_that_is_no_result(tmp_path, text):
-    path = tmp_path / "baseline.json"
-    path.write_text(text)
-    with pytest.raises(InputError, match=r"baseline\.json"):
-        read_baseline(path)
-
-
-@pytest.mark.parametrize("value", [None, "1", True, -1.0, float("nan")])
-def test_figure_that_is_no_number(baseline, value):
-    with pytest.raises(InputError, match=r"controllers\.pi\.rms_error"):
-        read_baseline(changed(baseline, rms_error=value))
 
 
 def test_command_line_passes_and_fails(baseline, tmp_path):

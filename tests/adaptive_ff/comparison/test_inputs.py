@@ -13,7 +13,6 @@ from controllers import PI, feedback_state
 NAMES = [name for name in CONTROLLERS if name not in FIXED]
 SAMPLES = 150
 
-everyone = pytest.mark.parametrize("name", sampled(NAMES, SAMPLE))
 
 CORRECTED = ("lugre_observer", "maxwell_adaptive", "radial_basis")
 """Their law corrects what is fed by the tracking error, of which the correction is a part; with no switch for it."""
@@ -58,15 +57,6 @@ def test_correction_is_seen_by_the_feedback_alone(name):
     assert found == pytest.approx(expected, abs=tolerance)
 
 
-@everyone
-def test_given_inertia_takes_the_place_of_the_controllers_own_in_the_feedforward(name):
-    own = make(name).parameters.feedback.inertia if name == "observed_batch" else 20.0  # that one has identified it
-    found = [make(name).step(0.0, 0.0, next_reference=0.01, inertia=inertia) for inertia in (None, own, own + 10.0)]
-    slope = 0.0 if name == "pi" else 0.01 / SCENARIO.sampling.period
-    assert found[2] - found[1] == pytest.approx(10.0 * slope, abs=1e-9)
-    assert found[0] == pytest.approx(found[1], abs=1e-9)
-
-
 @pytest.mark.parametrize(
     ("wrong", "message"),
     [
@@ -82,7 +72,3 @@ def test_bad_input_is_refused_by_name_and_changes_nothing(wrong, message):
     with pytest.raises(ValueError, match=message):
         controller.step(0.1, 0.0, **wrong)
     assert controller.state == state
-
-
-def test_position_that_is_lost_counts_as_not_known():
-    assert make("adaptive").step(0.1, 0.0, position=math.nan) == make("adaptive").step(0.1, 0.0)

@@ -72,21 +72,6 @@ def stepped(controller, setup, previewed):
     return np.array(found)
 
 
-@pytest.mark.parametrize("name", ["adaptive", "fixed"])
-def test_step_takes_it_for_one_sample_compiled_and_in_plain_python(name):
-    setup = build_setup(STOPS.modified(duration=3.0))
-    fast, plain = (stepped(one, setup, True) for one in (make(name, STOPS), make(name, STOPS).run_uncompiled()))
-    assert fast == pytest.approx(plain, rel=1e-9, abs=1e-9)
-    assert np.max(np.abs(fast - stepped(make(name, STOPS), setup, False))) > 10.0
-
-
-def test_a_controller_that_has_been_simulated_goes_on_without_the_last_plan():
-    used, restored = make("adaptive", STOPS), make("adaptive", STOPS)
-    simulate(STOPS.modified(duration=2.0), used)
-    restored.state_from_json(used.state_to_json())
-    assert used.step(0.1, 0.1, next_reference=0.1) == restored.step(0.1, 0.1, next_reference=0.1)
-
-
 def test_a_group_hands_it_to_each_joint():
     alone, *both = (make("adaptive", STOPS) for _ in range(3))
     grouped = JointGroup(dict(zip(("one", "two"), both, strict=True)))

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from adaptive_ff import load_scenario, simulate
-from adaptive_ff.comparison.oracle import make_oracle, suitable_lag
+from adaptive_ff.comparison.oracle import suitable_lag
 from adaptive_ff.comparison.own_bandwidth import TUNING_SEEDS
 from adaptive_ff.comparison.reference_lines import frictionless, noise_floor
 from adaptive_ff.scenario.library import SCENARIOS
@@ -27,12 +27,6 @@ def test_joint_of_the_floor_has_no_friction_load_or_gravity_and_the_same_loop(na
     assert plain.last_change == scenario.last_change
     for same in ("feedback", "sensor", "actuator", "sampling", "reference", "seed"):
         assert getattr(plain, same) == getattr(scenario, same)
-
-
-def test_payload_stays():
-    scenario = SHORT.modified(change=[{"time": 3.0, "inertia_scale": 2.0, "load": 30.0}])
-    (change,) = frictionless(scenario).change
-    assert (change.time, change.inertia_scale, change.load) == (3.0, 2.0, 0.0)
 
 
 def test_floor_is_the_noise_of_the_closed_loop_with_an_inertia():
@@ -62,9 +56,3 @@ def test_tuned_oracle_is_better_than_the_oracle_on_seeds_that_it_does_not_know()
         tuned.append(simulate(scenario, "oracle_tuned").metrics.rms_error_settled)
     assert rms(np.array(tuned)) < 0.98 * rms(np.array(plain))
     assert {1, 2, 3}.isdisjoint(TUNING_SEEDS)
-
-
-def test_lag_is_one_number_for_all_seeds_and_never_negative():
-    assert suitable_lag(SHORT.modified(seed=5)) == suitable_lag(SHORT.modified(seed=9))
-    assert make_oracle(SHORT, -1.0).parameters.model.friction_lag == 0.0
-    assert make_oracle(SHORT).parameters.model.friction_lag == 0.02

@@ -29,19 +29,6 @@ class Proportional:
         return self.gain * (reference - velocity) + feedforward
 
 
-class Faulty(Proportional):
-    """Returns something wrong at the fiftieth sample."""
-
-    def __init__(self, output):
-        super().__init__(100.0)
-        self.output = output
-
-    def step(self, reference, velocity, *, next_reference, realised_torque, feedforward, dt):
-        assumed = {"next_reference": next_reference, "realised_torque": realised_torque, "feedforward": feedforward}
-        torque = super().step(reference, velocity, **assumed, dt=dt)
-        return self.output if len(self.given) == 50 else torque
-
-
 def test_own_proportional_loop_is_the_pi_loop_without_integral():
     gain = SHORT.feedback.gains[0]
     own = simulate(SHORT, Proportional(gain))
@@ -124,31 +111,6 @@ def test_own_controller_stands_beside_the_others_in_a_comparison():
     assert result["improvement"]["mine"] == pytest.approx(ratio, rel=1e-12)
 
 
-def test_controller_of_the_package_that_is_given_as_object_runs_like_the_named_one():
-    controller = PI(*SHORT.feedback.gains, SHORT.sampling.period)
-    run = simulate(SHORT, controller, name="mine")
-    assert run.name == "mine"
-    assert np.array_equal(run.torque, simulate(SHORT, "pi").torque)
-    assert controller.state.samples == SHORT.samples  # it ends in the state at the end of the run
-
-
-@pytest.mark.parametrize("output", [math.nan, math.inf, -math.inf])
-def test_torque_that_is_not_finite_is_refused(output):
-    with pytest.raises(ValueError, match=rf"Faulty.*torque of {output}; it must be a finite number"):
-        simulate(SHORT, Faulty(output))
-    with pytest.raises(ValueError, match="Faulty"):
-        compare(SHORT, own={"mine": lambda _: Faulty(output)})
-
-
-def test_error_within_an_own_controller_is_not_swallowed():
-    class Broken:
-        def step(self, *_, **__):
-            raise LookupError("no such table")
-
-    with pytest.raises(LookupError, match="no such table"):
-        simulate(SHORT, Broken())
-
-
 def test_unknown_name_is_refused_with_those_there_are():
     with pytest.raises(InputError, match=r"'mien' is not known; there are pi, .*mine"):
         compare(SHORT.modified(controllers=["mien"]), own={"mine": lambda _: Proportional(1.0)})
@@ -176,13 +138,6 @@ def test_class_gets_the_gains_and_its_feedforward_and_estimates_are_recorded():
     assert np.array_equal(run.estimates["steps"], 1.0 + np.arange(SHORT.samples))
     assert np.array_equal(run.feedforward, 55.0 * np.sign(run.reference[SHORT.sample_steps[:-1]]))
     assert comparison.to_dict()["controllers"]["mine"]["estimates"]["coulomb"] == 55.0
-
-
-def test_object_is_copied_so_that_every_run_begins_with_its_state():
-    controller = Proportional(1000.0)
-    first, second = (compare(SHORT, own={"mine": controller}).runs["mine"].torque for _ in range(2))
-    assert controller.given == []
-    assert np.array_equal(first, second)
 
 
 @pytest.mark.parametrize(

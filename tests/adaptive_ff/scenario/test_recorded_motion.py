@@ -5,9 +5,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from command_line import compile_controllers, run_command_line
 
-from adaptive_ff import load_scenario, simulate
+from adaptive_ff import load_scenario
 
 ROOT = Path(__file__).resolve().parents[3]
 SCENARIO = ROOT / "benchmarks" / "kuka_kr300_axis4.toml"
@@ -38,17 +37,6 @@ def motions(tmp_path_factory):
     }
 
 
-@pytest.fixture(scope="module")
-def result(motions, tmp_path_factory):
-    """Result of the command of the main job."""
-    compile_controllers()
-    out = tmp_path_factory.mktemp("out")
-    outcome = run_command_line("compare", SCENARIO, "--reference", motions["velocity"], "--out", out)
-    assert (outcome.status, outcome.err) == (0, "")
-    assert "adaptive_paper" in outcome.out
-    return json.loads((out / "result.json").read_text(encoding="utf-8"))
-
-
 def test_scenario_holds_the_figures_of_the_source():
     source = json.loads((DATA / "source_model_parameters.json").read_text(encoding="utf-8"))
     motor_inertia = source["u"][AXIS] ** 2 * source["J_mr"][AXIS]  # on the link side
@@ -71,29 +59,3 @@ def test_reference_is_the_recorded_motion_until_a_minute_is_over(motions):
     reference = scenario.reference_velocity()
     assert np.interp(time, scenario.times(), reference) == pytest.approx(velocity, abs=1e-5)
     assert np.interp(50.0 + time[:-10], scenario.times(), reference) == pytest.approx(velocity[:-10], abs=1e-3)
-
-
-def test_adaptive_feedforward_improves_tracking_by_a_factor_of_three_and_more_than_fixed_parameters(result):
-    improvement = result["improvement"]
-    assert improvement["adaptive"] >= 3.0
-    assert 1.0 < improvement["fixed"] < improvement["adaptive"]
-    assert improvement["adaptive"] > improvement["adaptive_paper"]
-    assert improvement["adaptive"] <= 1.05 * improvement["oracle"]
-
-
-def test_joint_is_identified_though_its_inertia_was_told_wrong(result):
-    assumed, estimates = result["scenario"]["feedback"]["inertia"], result["controllers"]["adaptive"]["estimates"]
-    true = result["scenario"]["joint"]
-    assert abs(estimates["inertia"] - true["inertia"]) < 0.5 * abs(assumed - true["inertia"])
-    for name in ("coulomb", "viscous"):
-        assert estimates[name] == pytest.approx(true[name], rel=0.15)
-
-
-def test_recorded_position_leads_to_nearly_the_same(motions, result):
-    scenario = load_scenario(SCENARIO, reference=motions["position"])
-    by_velocity = load_scenario(SCENARIO, reference=motions["velocity"]).reference_velocity()
-    difference = scenario.reference_velocity() - by_velocity
-    assert 0.0 < np.sqrt(np.mean(difference**2)) < 0.01 * np.sqrt(np.mean(by_velocity**2))
-    for name in ("pi", "adaptive"):
-        error = simulate(scenario, name).metrics.rms_error_settled
-        assert error == pytest.approx(result["controllers"][name]["rms_error_settled"], rel=0.1)

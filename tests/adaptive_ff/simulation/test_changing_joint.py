@@ -49,21 +49,6 @@ def test_gravity_and_torque_constant_act_on_the_joint_and_are_not_reported():
     assert run.velocity == pytest.approx(stepped(run, joint, joint, 9.0, gain=0.9), rel=1e-9, abs=1e-12)
 
 
-def test_current_loop_lags_and_its_mean_is_reported():
-    scenario = BASE.modified(actuator={"lag": 0.004})
-    run = simulate(scenario, "pi")
-    given = run.torque.copy()
-    # y[k] = u[k] + (y_end[k-1] - u[k]) share: invert the mean to the command, then step as above
-    decay, current = math.exp(-0.01 / 0.004), 0.0
-    share = (1.0 - decay) * 0.4
-    for k, mean in enumerate(run.torque):
-        given[k] = (mean - current * share) / (1.0 - share)
-        current = given[k] + (current - given[k]) * decay
-    lagged = type("Lagged", (), {"torque": given, "reference": run.reference})
-    joint = JointModel(**FIELDS, friction_lag=0.02)
-    assert run.velocity == pytest.approx(stepped(lagged, joint, joint, 9.0, lag=0.004), rel=1e-6, abs=1e-8)
-
-
 def test_oracle_knows_gravity_load_and_payload():
     quiet = {"sensor": {"velocity_noise": 0.0}, "duration": 20.0}
     plain = rms(error(simulate(BASE.modified(**quiet), "oracle"))[10_000:])
@@ -81,12 +66,6 @@ def test_assumed_delay_is_that_of_all_controllers_but_the_oracle():
     assert make_controller(scenario, "adaptive").parameters.feedback.delay == 0.0
     assert make_controller(scenario, "oracle").parameters.feedback.delay == 1.0
     assert BASE.modified(actuator={"delay": 0.01}, feedback={"bandwidth": 5.0}).assumed_delay == 1.0
-
-
-def test_lag_of_a_joint_without_lag_cannot_change():
-    joint = {"kind": "lugre", **FIELDS, "stiffness": 1e5}
-    with pytest.raises(ValueError, match=r"change.0.lag_scale = 2 is not allowed: a joint of kind 'lugre' has no"):
-        BASE.modified(joint=joint, change=[{"time": 3.0, "lag_scale": 2.0}])
 
 
 def error(run):

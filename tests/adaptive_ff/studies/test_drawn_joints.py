@@ -16,7 +16,7 @@ from adaptive_ff.scenario.file import to_toml
 from adaptive_ff.scenario.library import SCENARIOS
 from adaptive_ff.scenario.scenario import parse_scenario
 from adaptive_ff.studies import sweep as studies
-from adaptive_ff.studies.drawn_joints import class_of, draw_scenario, drawn_joint, fall_over_gain, needed_torque
+from adaptive_ff.studies.drawn_joints import draw_scenario, drawn_joint, needed_torque
 from adaptive_ff.studies.sweep import QUANTITIES, Outcome, quantities, refusals, summary, sweep
 from plant import JointModel, whole_multiple
 
@@ -62,23 +62,6 @@ def test_joint_that_the_solver_period_is_too_long_for_gets_the_longest_that_is_n
     with pytest.raises(ValueError, match="too long for this joint"):
         JointModel(**fields, solver_period=2.0 * period)
     assert drawn_joint(SHORT, {}) == SHORT.joint
-
-
-def test_classes_by_the_fall_of_friction_over_the_proportional_gain():
-    assert [class_of(fall) for fall in (0.0, 0.5, 0.99, 1.0, 7.0, 10.0, 1e3, np.inf)] == [
-        *("up to 0.5 Kp", "0.5 to 1 Kp", "0.5 to 1 Kp", "1 to 2 Kp", "5 to 10 Kp", "10 to 20 Kp"),
-        *("above 20 Kp", "above 20 Kp"),
-    ]
-    fall = (90.0 - 60.0) / 0.05 - 80.0
-    assert fall_over_gain(SHORT) == pytest.approx(fall / SHORT.feedback.gains[0], rel=1e-12)
-
-
-def test_classes_count_every_joint_once(outcomes):
-    result = summary(outcomes, seed=5)
-    assert sum(found["joints"] for found in result["classes"].values()) == 24
-    assert result["pi_hunts"] == sum(outcome.fall > 1.0 for outcome in outcomes)
-    least = min(found["least_improvement"] for found in result["classes"].values())
-    assert least == result["quantiles"]["improvement"]["0.0"]
 
 
 def test_draw_depends_on_seed_and_number_only(outcomes):
