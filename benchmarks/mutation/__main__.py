@@ -41,6 +41,7 @@ ROOMS = ("controllers", "plant", "friction", "learning", "adaptive", "identify",
 
 TESTS = (
     "test_figures.py",
+    "test_refused_arguments.py",
     "controllers",
     "plant",
     *(f"adaptive_ff/{room}" for room in (*ROOMS[2:], "baselines", "comparison", "replay")),

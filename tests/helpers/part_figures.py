@@ -3,14 +3,31 @@
 import math
 from dataclasses import asdict
 from functools import partial
+from tempfile import TemporaryDirectory
 
 import numpy as np
 import written_kernels
 from drawn_arguments import digest, digests, plain
-from exports import DELAYED, adaptive_variants, made
+from exports import DELAYED, SCENARIO, adaptive, adaptive_variants, made
+from synthetic_logs import make_log, sines_log
 
-from adaptive_ff import fit_stribeck, identify_series, identify_torque_form, support_points
+from adaptive_ff import (
+    AdaptiveController,
+    Log,
+    TorqueModel,
+    __version__,
+    export_controller,
+    fit_stribeck,
+    identify_log,
+    identify_series,
+    identify_torque_form,
+    support_points,
+)
 from adaptive_ff.export.sample import made_up_inputs
+from adaptive_ff.friction.model import WITH_GRAVITY
+from adaptive_ff.identify.scenario_text import scenario_text
+from adaptive_ff.identify.simulators import ENDINGS
+from adaptive_ff.report.identified import details, verdict_lines
 from controllers import (
     PI,
     DisturbanceObserver,
@@ -18,7 +35,6 @@ from controllers import (
     Inputs,
     KalmanDisturbance,
     PositionLoop,
-    difference_velocity,
     fastest_bandwidth,
     kalman_velocity,
     kalman_velocity_gains,
@@ -108,11 +124,42 @@ def controller_figures(make, samples=160):
         found |= {f"{start} last": float(given[-1, 0]), f"{start} faults": controller.faults}
         found |= dict(numbers(controller.estimates, f"{start} estimate"))
         found[f"{start} state"] = state_size(controller)
+        if isinstance(controller, AdaptiveController):
+            found |= {f"{start} {name}": value for name, value in told(controller).items()}
         controller.restart()
     found["refused"] = words_of(controller.take_over, 12.0, 0.1, 0.09, next_reference=0.11)
     found["taken over"] = controller.step(0.11, 0.1, next_reference=0.12)
     controller.state_from_json(controller.state_to_json())
     found["read again"] = state_size(controller)
+    return found
+
+
+FIRST = {"model": TorqueModel(20.0, 60.0, 90.0, 80.0, 0.02, 0.05, 1.0), "deviation": 0.3}
+OPTIONS = {
+    "model": FIRST,
+    "first values": {"model": {"inertia": 25.0, "coulomb": 40.0, "friction_lag": 0.01}, "deviation": {"coulomb": 0.4}},
+    "map given": {
+        **FIRST,
+        "position_hats": 5,
+        "position_range": [-0.4, 0.4],
+        "position_map": [1, 1.2, 0.9, 1.1, 1],
+    },
+    "map vague": {"position_hats": 3, "position_range": [-0.4, 0.4], "map_deviation": [0.2, 0.1, 0.3]},
+    "limit": {"torque_limit": 60.0, "friction_share": 0.7, "memory": 2.0},
+    "gear": {"gear_ratio": -3.0, "regressors": 2, "observer_bandwidth": 2.0},
+    "dynamics": {"feedforward_includes_inertia": True, "stribeck_shape": 2.0},
+}
+"""Further arguments of the adaptive controller."""
+
+
+def told(controller):
+    """Return what an adaptive controller says of itself: uncertainties, diagnosis, the map that it has learnt."""
+    found = dict(numbers(controller.uncertainties, "uncertainty"))
+    found["diagnosis"] = digest(plain(controller.diagnose()))
+    learnt = controller.learnt_map
+    if learnt is not None:
+        found |= {"map": rms(learnt.factor * np.arange(1.0, learnt.factor.size + 1.0)), "over load": learnt.load_share}
+        found |= {"map from": float(np.sum(np.arctan(learnt.position)))}
     return found
 
 
@@ -131,9 +178,9 @@ OBSERVERS = (DisturbanceObserver, ExtendedState, KalmanDisturbance)
 def design_figures():
     """Return gains and margins of loops, observers and cascades, behind estimators of velocity too, and refusals."""
     found = {}
-    estimators = {"": None, "difference": difference_velocity(0.001), "low-pass": low_pass_velocity(0.001, 60.0)}
-    estimators["kalman"] = kalman_velocity(*kalman_velocity_gains(1e-4, 10.0, 0.001), 0.001)
-    for delay, names in ((0, estimators), (2, ("", "kalman"))):
+    settled = kalman_velocity_gains(1e-4, 10.0, 0.001)
+    estimators = {"": None, "low-pass": low_pass_velocity(0.001, 60.0), "kalman": kalman_velocity(*settled, 0.001)}
+    for delay, names in ((0, ("", "low-pass")), (2, ("kalman",))):
         for name in names:
             velocity = estimators[name]
             loop = {"delay": delay, "velocity": velocity}
@@ -142,7 +189,7 @@ def design_figures():
             margins = loop_margins_of(design.systems(friction_slope=-30.0))
             cascade = PositionLoop.design(0.001, 0.4 * limit, **loop)
             tables = {"limit": limit, "pi": asdict(design), "falling": asdict(margins), "cascade": asdict(cascade)}
-            for kind in OBSERVERS if (delay, name) in ((0, ""), (2, "kalman")) else ():
+            for kind in OBSERVERS if name != "low-pass" else ():
                 gains = (design.proportional, design.integral)[: 1 if kind is ExtendedState else 2]
                 tables[kind.__name__] = asdict(kind.design(20.0, 0.001, *gains, **loop))
             found |= dict(numbers(tables, f"{delay} {name}".strip()))
@@ -183,6 +230,33 @@ def fit_figures():
     return dict(numbers({name: tables(one) if name in ("both", "forward") else one for name, one in found.items()}))
 
 
+def sines(further):
+    """Return a log of a joint with a further torque along three sines, one row of ten."""
+    log = sines_log(further, seconds=14)[0]
+    return Log(log.name, log.time[::10], log.torque[::10], position=log.position[::10])
+
+
+LOGS = {
+    "free": (partial(make_log, 14.0, 0.01, 0.05), {"confidence": 0.9}),
+    "velocity": (partial(make_log, 14.0, 0.01, 0.05, as_position=False), {"held_out": 0.3, "torque_delay": 0.005}),
+    "linear": (partial(make_log, 14.0, 0.01, 0.05, 102), {"linear": True, "bandwidth": 6.0, "model": "symmetric"}),
+    "current": (partial(make_log, 14.0, 0.01, 0.05, asymmetry=1.5), {"is_current": True}),
+    "weight": (partial(sines, lambda q, w: 3.0 * np.sin(q + 0.3) + np.tanh(50.0 * w)), {}),
+    "map": (partial(sines, lambda q, w: (1.0 + 0.4 * np.sin(4.0 * q)) * np.tanh(50.0 * w)), {"position_hats": 4}),
+}
+"""Logs in closed form, and how they are identified."""
+
+
+def identified_figures(name):
+    """Return what is identified from a log, and in which words it is written and said."""
+    log, options = LOGS[name]
+    found = identify_log(log(), **options)
+    texts = {kind: words_of(found.simulator, kind, gear_ratio=2.0) for kind in ENDINGS}
+    texts |= {"scenario": words_of(scenario_text, found, "reference.csv")}
+    texts |= {"verdict": " | ".join(verdict_lines(found)), "details": " | ".join(details(found))}
+    return dict(numbers(found.to_dict())) | texts
+
+
 def tables(estimates):
     return {name: list(one) for name, one in estimates.items()}
 
@@ -208,6 +282,17 @@ def written_figures():
     return found
 
 
+def export_figures():
+    """Return digests of the files of exported loops, numbers of versions apart."""
+    found = {}
+    for label, options in (("double", {}), ("single", {"single": True, "prefix": "axis"})):
+        with TemporaryDirectory() as folder:
+            for file in sorted(export_controller(PI(1256.0, 15800.0, 0.01, delay=1.5), folder, **options)):
+                text = file.read_text(encoding="utf-8").replace(__version__, "")
+                found[f"{label} {file.name}"] = digest([text])
+    return found
+
+
 def text_of(kernel, kinds, precision, fixed):
     unit = Translator(precision, "x", fixed=fixed)
     try:
@@ -216,6 +301,44 @@ def text_of(kernel, kinds, precision, fixed):
         return str(error).rpartition("/")[2]
     parts = [part.text for part in (*unit.structs.values(), *unit.functions.values())]
     return digest([*parts, *helper_texts(unit.helpers, "double")])
+
+
+SLOW, HALVED = {"sampling": {"period": 0.03}, "feedback": {"bandwidth": 2.0}}, {"time": 3.0, "friction_scale": 0.5}
+REFUSED = [
+    {"joint": {"stiction": 59.0}},
+    {"joint": {"solver_period": 0.1}, "sampling": {"period": 0.1}},
+    *({"sampling": {"period": period}} for period in (0.0105, 0.0005, 0.001 / 3)),
+    *({"duration": duration} for duration in (1e300, 10**18, 200_001.0, 5e-324, 0.009)),
+    *({"change": [HALVED, {**HALVED, "time": time}]} for time in (3.0, 2.0, 60.0, 1e300)),
+    {"change": [{"time": 3.0}]},
+    {"joint": {"solver_period": 0.03}, "change": [{"time": 3.0, "friction_scale": 2.2}], **SLOW},
+    {"joint": {"solver_period": 0.03}, "change": [{"time": 3.0, "inertia_scale": 0.4, "viscous_scale": 0.5}], **SLOW},
+    *({"joint": {"axis": "linear"}, "adaptation": {"identify": one}} for one in ("gravity", "directions_and_gravity")),
+    *({"feedback": {"inertia": inertia}} for inertia in (1e308, 1e153)),
+    *({"feedback": {"bandwidth": bandwidth}} for bandwidth in (5e-324, 400.0)),
+    *({"reference": {"frequencies": [0.1], "amplitudes": amplitudes}} for amplitudes in ([1.0, 2.0], [0.0])),
+    *({"reference": {"frequencies": [0.1, most], "amplitudes": [1.0, 1e-9]}} for most in (50.0, 100.0, 1e308)),
+    *({"reference": {"frequencies": [most], "amplitudes": [1.0]}} for most in (5.0, 40.0)),
+    *({"reference": {"peak": peak}} for peak in (1e160, 1.7e308)),
+    *({"reference": {"kind": "point_to_point", **one}} for one in ({}, {"positions": [0.0]}, {"distance": 0.0})),
+    *({"reference": {"kind": "point_to_point", "distance": 0.1, one: -1.0}} for one in ("jerk", "dwell")),
+    {"reference": {"kind": "point_to_point", "distance": 0.1, "positions": [0.1]}},
+    {"reference": {"kind": "staircase", "velocities": [0.0]}},
+    *(
+        {"sensor": {"velocity_noise": 0.0, **one}}
+        for one in ({"leap": 3.0}, {"held_share": 0.1}, {"ripple_amplitude": 2.0})
+    ),
+    {"sensor": {"velocity_noise": 0.0, "leap": 3.0, "leap_share": 0.1, "encoder_resolution": 1e-4}},
+    {"sensor": {"encoder_resolution": 1e-4}},
+    {"actuator": {"torque_limit": 400.0, "torque_resolution": 500.0}},
+    {"actuator": {"delay": 0.0005}},
+]
+"""What no scenario may be made of, as changes of the built-in one."""
+
+
+def refused_figures():
+    """Return what is said of scenarios that cannot be, by what is changed."""
+    return {str(changes): words_of(SCENARIO.modified, **changes) for changes in REFUSED}
 
 
 ROOMS = ("plant", "controllers", "adaptive_ff.friction", "adaptive_ff.learning", "adaptive_ff.adaptive")
@@ -248,12 +371,16 @@ STEPPED = (
 MADE = {
     **{name: partial(made, name) for name in STEPPED},
     **{f"{name} late": partial(made, name, DELAYED) for name in STEPPED},
+    **{f"adaptive with {name}": partial(adaptive, WITH_GRAVITY, **options) for name, options in OPTIONS.items()},
 }
 
 PARTS = {
     **{f"joint {name}": (joint_figures, (name,)) for name in KINDS},
     **{f"steps of {name}": (controller_figures, (make,)) for name, make in {**MADE, **adaptive_variants()}.items()},
     "fits": (fit_figures, ()),
+    "refusals": (refused_figures, ()),
+    "export": (export_figures, ()),
+    **{f"identified {name}": (identified_figures, (name,)) for name in LOGS},
     "kernels in C": (written_figures, ()),
     **{f"functions of {room}": (digests, (room,)) for room in ROOMS},
     "designs": (design_figures, ()),

@@ -4,24 +4,19 @@ import math
 
 import numpy as np
 import pytest
-from pydantic import ValidationError
 from scipy.integrate import solve_ivp
 
 from plant import (
     CHANGE_JOINT,
     SCALE_JOINT,
     STEP_JOINT,
-    UNCHANGED,
     Actuator,
     ElasticJoint,
-    FrictionChange,
     Joint,
     JointChange,
     JointModel,
     LuGreJoint,
-    check_factor,
     lagged_torque,
-    schedule,
 )
 
 FRICTION = {"inertia": 20.0, "coulomb": 60.0, "stiction": 90.0, "viscous": 80.0, "stribeck_velocity": 0.05}
@@ -60,22 +55,6 @@ def test_changed_joint_is_the_joint_made_with_the_changed_fields(kind):
     else:  # 15 + 5 kg m^2 become 15 + 10
         expected = ElasticJoint(**{**fields, "inertia": 25.0}, friction_lag=0.005, link_share=0.4, link_stiffness=5e4)
     assert flat(changed(model)) == pytest.approx(flat(expected.parameters), rel=1e-14)
-
-
-def test_change_of_nothing_is_refused_and_one_back_to_the_original_is_not():
-    with pytest.raises(ValidationError, match=r"nothing changes at time = 3 s; give at least one of friction_scale, "):
-        FrictionChange(time=3.0)
-    assert FrictionChange(time=3.0, friction_scale=1.0).parameters == UNCHANGED
-    assert FrictionChange(time=3.0, load=-20.0, inertia_scale=0.5).text == "inertia × 0.5, load -20 N m"
-
-
-def test_lighter_joint_that_needs_a_shorter_period_is_refused():
-    model = JointModel(**FRICTION, solver_period=0.03)
-    light = schedule([FrictionChange(time=1.0, inertia_scale=0.5, viscous_scale=0.5)], 0.03)
-    with pytest.raises(
-        ValueError, match=r"friction up to 1 times the joint's \(viscous 0.5 times, inertia 0.5 times\)"
-    ):
-        check_factor(model.parameters, light, 0.03)
 
 
 @pytest.mark.parametrize(("phase", "share"), [(0.0, 1.0), (0.7, 0.5)])

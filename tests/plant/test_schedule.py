@@ -7,8 +7,6 @@ from scipy.special import lambertw
 from plant import (
     FrictionChange,
     FrictionVariation,
-    JointModel,
-    check_factor,
     friction_factor,
     heated,
     schedule,
@@ -61,29 +59,3 @@ def test_heating_solves_its_differential_equation_with_an_error_of_first_order()
 )
 def test_change_takes_effect_at_the_first_solver_step_not_before_its_time(time, period, start):
     assert schedule(changes((time, 0.5)), period).starts.tolist() == [0, start]
-
-
-@pytest.mark.parametrize("times", [(2.0, 1.0), (1.0, 1.0), (1.0, 3.0, 2.0)])
-def test_times_that_do_not_ascend_are_refused(times):
-    with pytest.raises(ValueError, match=r"time = .* s follows .* s; .* must ascend"):
-        schedule(changes(*((time, 0.5) for time in times)), 0.001)
-
-
-def test_change_that_makes_the_implicit_step_ambiguous_is_refused():
-    accepted = JointModel(
-        inertia=20.0,
-        coulomb=60.0,
-        stiction=90.0,
-        viscous=80.0,
-        stribeck_velocity=0.05,
-        solver_period=0.03,
-    )
-    check_factor(accepted.parameters, schedule(changes((3.0, 1.2)), 0.03), 0.03)
-    for plan in (
-        schedule(changes((3.0, 1.5)), 0.03),
-        schedule([], 0.03, FrictionVariation(warm_up_excess=0.5)),
-        schedule(changes((3.0, 1.2)), 0.03, FrictionVariation(position_amplitude=0.25)),
-        schedule([FrictionChange(time=3.0, load=50.0)], 0.03, FrictionVariation(load_share=0.01)),
-    ):
-        with pytest.raises(ValueError, match=r"friction up to 1.5 times .* too long for this joint"):
-            check_factor(accepted.parameters, plan, 0.03)

@@ -2,11 +2,9 @@ import math
 
 import numpy as np
 import pytest
-from pydantic import ValidationError
 from scipy import stats
 
 from plant import (
-    Actuator,
     Sensor,
 )
 
@@ -50,32 +48,3 @@ def test_faults_of_a_sensor_come_as_often_as_stated_and_leave_the_noise_as_it_is
     assert np.min(runs[:-1]) == 5
     assert Sensor().is_random is False
     assert all(sensor.is_random for sensor in (plain, Sensor(held=2, held_share=0.1), Sensor(leap=1.0, leap_share=0.1)))
-
-
-@pytest.mark.parametrize(
-    ("fields", "message"),
-    [
-        ({"leap": 3.0}, "leap = 3 and leap_share = 0 are not allowed: give both or none"),
-        ({"held_share": 0.1}, "held = 0 and held_share = 0.1 are not allowed: give both or none"),
-        ({"leap": 3.0, "leap_share": 0.1, "encoder_resolution": 1e-4}, "leap = 3 rad/s is not allowed beside encoder"),
-        ({"leap": 3.0, "leap_share": 1.0}, "less than 1"),
-        ({"held": 2.5, "held_share": 0.1}, "held"),
-        ({"ripple_amplitude": 0.02, "ripple_period": 0.1}, "ripple_amplitude = 0.02 rad is not allowed: .*0.0159 rad"),
-        ({"ripple_amplitude": 0.001, "ripple_period": 0.0}, "ripple_period"),
-    ],
-)
-def test_faults_that_cannot_be_are_refused(fields, message):
-    with pytest.raises(ValidationError, match=message):
-        Sensor(**fields)
-
-
-def test_resolution_beyond_the_limit_is_refused():
-    with pytest.raises(ValidationError, match=r"torque_resolution = 500 N m is not allowed: .* at most torque_limit"):
-        Actuator(torque_limit=400.0, torque_resolution=500.0)
-
-
-def test_encoder_beside_velocity_noise_is_refused():
-    with pytest.raises(ValidationError, match=r"velocity_noise = 0.002 rad/s is not allowed beside encoder_resolution"):
-        Sensor(velocity_noise=0.002, encoder_resolution=1e-4)
-    with pytest.raises(ValidationError, match="encoder_resolution"):
-        Sensor(encoder_resolution=0.0)

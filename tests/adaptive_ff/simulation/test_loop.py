@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from closed_loops import SCENARIO, drive, make
 
-from adaptive_ff import compare, simulate
+from adaptive_ff import simulate
 from adaptive_ff.comparison.own import own_controller
 from adaptive_ff.simulation.experiment import build_setup, empty_record
 from adaptive_ff.simulation.loop import run_compiled, run_plain, start_position
@@ -204,18 +204,6 @@ def test_a_sensor_that_ripples_shows_it_in_velocity_and_position_alike():
     position = record.position[setup.samples[:-1]]
     angle = position + 1e-4 * np.sin(100.0 * np.pi * position)
     assert record.measured[1:] == pytest.approx(np.diff(angle) / encoder.sampling.period, abs=2e-5)
-
-
-def test_delay_that_the_bandwidth_does_not_allow_is_refused():
-    with pytest.raises(ValueError, match=r"feedback.bandwidth = 10 Hz is not allowed: .* 1 periods of delay"):
-        SCENARIO.modified(actuator={"delay": 0.01})
-    slower = SCENARIO.modified(actuator={"delay": 0.01}, feedback={"bandwidth": 5.0}, controllers=["pi"], duration=5.0)
-    assert math.isfinite(compare(slower).runs["pi"].metrics.rms_error)
-
-
-def test_delay_between_two_solver_steps_is_refused():
-    with pytest.raises(ValueError, match=r"actuator.delay = 0.0015 s is not allowed: .* whole multiple"):
-        SCENARIO.modified(actuator={"delay": 0.0015})
 
 
 def test_a_record_without_place_for_monitors_is_not_written_beyond():
