@@ -11,11 +11,11 @@ import ast
 import copy
 import inspect
 import textwrap
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from types import CodeType, FunctionType
-from typing import Any
+from typing import Any, NamedTuple
 
 ARITHMETIC: dict[type, type] = {ast.Add: ast.Sub, ast.Sub: ast.Add, ast.Mult: ast.Div, ast.Div: ast.Mult}
 ARITHMETIC[ast.Pow] = ast.Mult
@@ -32,7 +32,38 @@ COMPARISONS: dict[type, tuple[type, ...]] = {
 
 BOUNDING = ("min", "max", "abs")
 
-Place = tuple[str | int, ...]
+
+class Spot(NamedTuple):
+    """A node of a syntax tree, and where it is."""
+
+    node: ast.AST
+    owner: Any  # owner, slot: the list or node that it is part of, and the index or field there
+    slot: int | str
+    body: list[Any]  # body, index: the innermost statement that holds it: the list that this stands in, and where
+    index: int
+
+    @property
+    def line(self) -> str:
+        """First line of that statement."""
+        return ast.unparse(ast.fix_missing_locations(self.body[self.index])).splitlines()[0]
+
+
+def spots(owner: Any, slot: int | str, body: list[Any], index: int) -> Iterator[Spot]:
+    """Yield all nodes from a place on; annotations and docstrings hold nothing to mutate."""
+    node = owner[slot] if isinstance(slot, int) else getattr(owner, slot)
+    if isinstance(node, list):
+        for place, item in enumerate(node):
+            yield from spots(node, place, *((node, place) if isinstance(item, ast.stmt) else (body, index)))
+    elif isinstance(node, ast.AST) and not (isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant)):
+        yield Spot(node, owner, slot, body, index)
+        for field, _ in ast.iter_fields(node):
+            if field != "annotation":
+                yield from spots(node, field, body, index)
+
+
+def spots_in(tree: ast.FunctionDef) -> list[Spot]:
+    """Return all nodes of the body of a function."""
+    return list(spots(tree, "body", [tree], 0))
 
 
 @dataclass(frozen=True)
@@ -41,43 +72,47 @@ class Mutant:
 
     name: str  # full name of the function
     function: FunctionType  # the function
-    place: Place  # way to the node from the root of the function's syntax tree
+    place: int  # number of the node in its body
     changed: ast.AST  # what is put there
 
     @property
     def before(self) -> str:
         """Line of the statement that holds the change, without it."""
-        return first_line(syntax(self.function), self.place)
+        return spots_in(syntax(self.function))[self.place].line
 
     @property
     def after(self) -> str:
         """The same line with the change."""
-        return first_line(self._tree(), self.place)
+        return self._changed()[1].line
 
     @property
     def line(self) -> int:
         """Line in the file."""
-        body, index = statement(syntax(self.function), self.place)
-        return int(body[index].lineno)
+        spot = spots_in(syntax(self.function))[self.place]
+        return int(spot.body[spot.index].lineno)
 
     @property
     def key(self) -> tuple[str, str, str]:
         """What it is known by, whatever stands above it in the file."""
         return self.name, self.before, self.after
 
-    def _tree(self) -> ast.FunctionDef:
+    def _changed(self) -> tuple[ast.FunctionDef, Spot]:
         tree = syntax(self.function)
-        _put(tree, self.place, self.changed)
-        return tree
+        spot = spots_in(tree)[self.place]
+        if isinstance(spot.slot, int):
+            spot.owner[spot.slot] = self.changed
+        else:
+            setattr(spot.owner, spot.slot, self.changed)
+        return tree, spot
 
     def code(self) -> CodeType:
         """Return the code of the mutated function."""
-        return compiled_code(self._tree(), self.function)
+        return compiled_code(self._changed()[0], self.function)
 
     def written(self) -> str:
         """Return the text of its file with the mutated function in it."""
         lines, first = inspect.getsourcelines(self.function)
-        tree = self._tree()
+        tree, _ = self._changed()
         tree.decorator_list = _parsed(self.function).decorator_list
         indent = lines[0][: len(lines[0]) - len(lines[0].lstrip())]
         every = Path(self.function.__code__.co_filename).read_text(encoding="utf-8").splitlines(keepends=True)
@@ -114,70 +149,20 @@ def compiled_code(tree: ast.FunctionDef, function: FunctionType) -> CodeType:
 def mutants(name: str, function: FunctionType) -> Iterator[Mutant]:
     """Yield every mutant of a function."""
     tree = syntax(function)
-    for place, node in _nodes(tree.body, ("body",)):
-        for changed in _changes(node, tree):
+    for place, spot in enumerate(spots_in(tree)):
+        for changed in _changes(spot.node, tree):
             yield Mutant(name, function, place, changed)
-
-
-def statement(tree: ast.AST, place: Place) -> tuple[list[Any], int]:
-    """Return the innermost statement on the way to a place: the list that it stands in, and where."""
-    node: Any = tree
-    found: tuple[list[Any], int] = ([tree], 0)
-    for step in place:
-        following = node[step] if isinstance(step, int) else getattr(node, step, None)
-        if isinstance(step, int) and isinstance(following, ast.stmt):
-            found = node, step
-        node = following
-    return found
-
-
-def first_line(tree: ast.AST, place: Place) -> str:
-    """Return the first line of that statement."""
-    body, index = statement(tree, place)
-    return ast.unparse(ast.fix_missing_locations(body[index])).splitlines()[0]
 
 
 def marked_code(mutants: dict[int, Mutant], mark: str) -> CodeType:
     """Return the code of their function that calls what ``mark`` names with the number of each mutant on its line."""
     function = next(iter(mutants.values())).function
     tree = syntax(function)
-    places = [(*statement(tree, mutant.place), number) for number, mutant in mutants.items()]
-    for body, index, number in sorted(places, key=lambda place: -place[1]):
-        body.insert(index, ast.parse(f"{mark}({number})").body[0])
+    found = spots_in(tree)
+    for number, mutant in sorted(mutants.items(), key=lambda one: -found[one[1].place].index):
+        spot = found[mutant.place]
+        spot.body.insert(spot.index, ast.parse(f"{mark}({number})").body[0])
     return compiled_code(tree, function)
-
-
-def _nodes(node: Any, place: Place) -> Iterator[tuple[Place, ast.AST]]:
-    """Yield all nodes with the way to them; annotations and docstrings hold nothing to mutate."""
-    if isinstance(node, list):
-        for index, item in enumerate(node):
-            yield from _nodes(item, (*place, index))
-    elif isinstance(node, ast.AST) and not _is_docstring(node):
-        yield place, node
-        for field, item in ast.iter_fields(node):
-            if field != "annotation":
-                yield from _nodes(item, (*place, field))
-
-
-def _is_docstring(node: ast.AST) -> bool:
-    return isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant)
-
-
-def _put(tree: ast.AST, place: Place, node: ast.AST) -> None:
-    target: Any = tree
-    for step in place[:-1]:
-        target = target[step] if isinstance(step, int) else getattr(target, step)
-    last = place[-1]
-    if isinstance(last, int):
-        target[last] = node
-    else:
-        setattr(target, last, node)
-
-
-def _changes(node: ast.AST, function: ast.FunctionDef) -> Iterator[ast.AST]:
-    for kind, change in CHANGES.items():
-        if isinstance(node, kind):
-            yield from change(node, function)
 
 
 def _with(node: ast.AST, **fields: Any) -> ast.AST:
@@ -187,49 +172,35 @@ def _with(node: ast.AST, **fields: Any) -> ast.AST:
     return changed
 
 
-def _arithmetic(node: Any, function: ast.FunctionDef) -> Iterator[ast.AST]:
-    if type(node.op) in ARITHMETIC:
-        yield _with(node, op=ARITHMETIC[type(node.op)]())
-
-
-def _comparison(node: ast.Compare, function: ast.FunctionDef) -> Iterator[ast.AST]:
-    for index, operator in enumerate(node.ops):
-        for other in COMPARISONS.get(type(operator), ()):
-            yield _with(node, ops=[*node.ops[:index], other(), *node.ops[index + 1 :]])
-
-
-def _number(node: ast.Constant, function: ast.FunctionDef) -> Iterator[ast.AST]:
-    value = node.value
-    if isinstance(value, bool):
-        yield ast.Constant(not value)
-    elif isinstance(value, int):
-        yield ast.Constant(value + 1)
-    elif isinstance(value, float):
-        yield ast.Constant(2.0 * value if value not in (0.0, 1.0) else 1.0 - value)
-
-
-def _sign(node: ast.UnaryOp, function: ast.FunctionDef) -> Iterator[ast.AST]:
-    if isinstance(node.op, ast.USub | ast.Not):
-        yield node.operand
-
-
-def _bounding(node: ast.Call, function: ast.FunctionDef) -> Iterator[ast.AST]:
-    if isinstance(node.func, ast.Name) and node.func.id in BOUNDING:
-        yield from node.args
-
-
-def _boolean(node: ast.BoolOp, function: ast.FunctionDef) -> Iterator[ast.AST]:
-    yield _with(node, op=ast.Or() if isinstance(node.op, ast.And) else ast.And())
-
-
-def _branch(node: Any, function: ast.FunctionDef) -> Iterator[ast.AST]:
-    yield _with(node, test=ast.Constant(True))
-    yield _with(node, test=ast.Constant(False))
-
-
-def _in_place(node: ast.Expr, function: ast.FunctionDef) -> Iterator[ast.AST]:
-    if isinstance(node.value, ast.Call):
-        yield ast.Pass()
+def _changes(node: Any, function: ast.FunctionDef) -> Iterator[ast.AST]:
+    """Yield what may stand in for a node."""
+    match node:
+        case ast.BinOp() | ast.AugAssign():
+            if type(node.op) in ARITHMETIC:
+                yield _with(node, op=ARITHMETIC[type(node.op)]())
+        case ast.Compare():
+            for index, operator in enumerate(node.ops):
+                for other in COMPARISONS.get(type(operator), ()):
+                    yield _with(node, ops=[*node.ops[:index], other(), *node.ops[index + 1 :]])
+        case ast.Constant(value=bool(value)):
+            yield ast.Constant(not value)
+        case ast.Constant(value=int(value)):
+            yield ast.Constant(value + 1)
+        case ast.Constant(value=float(value)):
+            yield ast.Constant(2.0 * value if value not in (0.0, 1.0) else 1.0 - value)
+        case ast.UnaryOp(op=ast.USub() | ast.Not()):
+            yield node.operand
+        case ast.Call(func=ast.Name(id=name)) if name in BOUNDING:
+            yield from node.args
+        case ast.BoolOp():
+            yield _with(node, op=ast.Or() if isinstance(node.op, ast.And) else ast.And())
+        case ast.If() | ast.IfExp():
+            yield _with(node, test=ast.Constant(True))
+            yield _with(node, test=ast.Constant(False))
+        case ast.Expr(value=ast.Call()):
+            yield ast.Pass()
+        case ast.Return():
+            yield from _returned(node, function)
 
 
 def _returned(node: ast.Return, function: ast.FunctionDef) -> Iterator[ast.AST]:
@@ -245,17 +216,3 @@ def _returned(node: ast.Return, function: ast.FunctionDef) -> Iterator[ast.AST]:
         alike = argument.annotation is not None and ast.unparse(argument.annotation) == kind
         if alike and kind[0].isupper() and ast.unparse(name) != ast.unparse(node.value or name):
             yield ast.Return(name)
-
-
-CHANGES: dict[Any, Callable[[Any, ast.FunctionDef], Iterator[ast.AST]]] = {
-    (ast.BinOp, ast.AugAssign): _arithmetic,
-    ast.Compare: _comparison,
-    ast.Constant: _number,
-    ast.UnaryOp: _sign,
-    ast.Call: _bounding,
-    ast.BoolOp: _boolean,
-    (ast.If, ast.IfExp): _branch,
-    ast.Expr: _in_place,
-    ast.Return: _returned,
-}
-"""Mutations by kind of node."""

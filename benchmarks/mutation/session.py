@@ -143,7 +143,12 @@ def _passes(item: pytest.Item, following: pytest.Item | None, limit: float = 0.0
         return False
     finally:
         signal.setitimer(signal.ITIMER_PROF, 0.0)
-    return not any(report.failed for report in reports)
+    failed = any(report.failed for report in reports)
+    if failed:  # a fixture that was interrupted on the way would fail every test that follows
+        for fixture in (one for each in item._fixtureinfo.name2fixturedefs.values() for one in each):
+            if fixture.cached_result is None:
+                fixture._finalizers.clear()
+    return not failed
 
 
 def _too_slow(*_: Any) -> None:
