@@ -3,7 +3,7 @@
 import json
 import math
 from collections.abc import Iterable, Iterator, Mapping
-from pathlib import Path
+from pathlib import Path, PureWindowsPath
 from typing import Any
 
 from adaptive_ff.errors import InputError, checked_path, read_text
@@ -40,12 +40,10 @@ def read_baseline(path: str | Path) -> dict[str, Any]:
         raise InputError(f"{path}: is not valid JSON: {error}") from error
     if not isinstance(content, dict):
         content = {}
-    controllers = content.get("controllers")
-    if not isinstance(controllers, dict) or not controllers:
-        raise InputError(f"{path}: controllers is missing; the file must be a result of 'adaptive-ff compare --json'")
-    if not isinstance(content.get("scenario"), dict):
-        raise InputError(f"{path}: scenario is missing; the file must be a result of 'adaptive-ff compare --json'")
-    for name, figures in controllers.items():
+    for part in ("controllers", "scenario"):
+        if not content.get(part) or not isinstance(content[part], dict):
+            raise InputError(f"{path}: {part} is missing; the file must be a result of 'adaptive-ff compare --json'")
+    for name, figures in content["controllers"].items():
         figures = figures if isinstance(figures, dict) else {}
         for figure in (*METRIC_UNITS, *(POSITION_UNITS.keys() & figures)):
             value = figures.get(figure)
@@ -76,7 +74,7 @@ def scenario_differences(scenario: Scenario, baseline: Mapping[str, Any], across
             continue
         old, new = there.get(name), here.get(name)
         if name == "reference.path" and isinstance(old, str) and isinstance(new, str):
-            old, new = _file_name(old), _file_name(new)
+            old, new = PureWindowsPath(old).name, PureWindowsPath(new).name  # which takes the paths of any system
         if old != new:
             found.append(f"{name} is {_shown(old)} there and {_shown(new)} here")
     return found
@@ -105,11 +103,6 @@ def _leaves(value: Any, path: str = "") -> Iterator[tuple[str, Any]]:
         return
     for key, item in pairs:
         yield from _leaves(item, f"{path}.{key}" if path else str(key))
-
-
-def _file_name(path: str) -> str:
-    """Return the last part of a path of any system."""
-    return path.replace("\\", "/").rpartition("/")[2]
 
 
 def _shown(value: Any) -> str:
