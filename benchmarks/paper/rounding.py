@@ -9,7 +9,7 @@ from adaptive_ff.learning.batch_least_squares import Array
 from adaptive_ff.learning.rls import RLSState, update_rls_in_place
 from adaptive_ff.simulation.metrics import rms
 from benchmarks.cases.reports import Row
-from benchmarks.paper.estimators import regression
+from benchmarks.paper.estimators import regression, rls_loop
 from benchmarks.paper.experiment import Experiment, notes
 from benchmarks.paper.records import PERIOD, SEED, TRUE, simulate_noise
 
@@ -64,8 +64,13 @@ def watch(form: str, rows: Array, outputs: Array, covariance: float) -> History:
     state = RLSState(np.zeros(size), covariance * np.eye(size), np.zeros(size))
     kept_matrices, errors = [], np.zeros(outputs.size)
     for start in range(0, outputs.size - CHUNK + 1, CHUNK):
-        for k in range(start, start + CHUNK):
-            errors[k] = update_rls(form, state, rows[k], outputs[k], FORGETTING_FACTOR)
+        part = slice(start, start + CHUNK)
+        if form == SYMMETRIC:
+            room = np.empty((CHUNK, size))
+            rls_loop(state, rows[part], outputs[part], FORGETTING_FACTOR, room, errors[part])
+        else:
+            pairs = zip(rows[part], outputs[part], strict=True)
+            errors[part] = [update_rls(form, state, *pair, FORGETTING_FACTOR) for pair in pairs]
         kept_matrices.append(state.covariance.copy())
         if not np.max(np.abs(state.covariance)) < LARGEST:
             break
