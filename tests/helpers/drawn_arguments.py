@@ -12,7 +12,7 @@ from functools import cache
 
 import numpy as np
 
-DRAWS = 40
+DRAWS = 24
 
 LEFT_OUT = (
     ".design.",

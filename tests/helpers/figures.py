@@ -66,6 +66,12 @@ FEATURES = {
     "hats": ("friction_over_position", {"adaptation": {"position_hats": 6, "position_range": [-1.5, 1.5]}}),
     "less friction": ("high_stiction", {"adaptation": {"friction_share": 0.6, "memory": 20.0}}),
     "late": ("noisy_1khz", {"actuator": {"delay": 0.002}}),
+    "faulty sensor": ("paper_100hz", {"sensor": {"leap": 0.3, "leap_share": 0.01, "held": 3, "held_share": 0.02}}),
+    "angle": ("encoder", {"sensor": {"ripple_amplitude": 1e-3, "ripple_period": 0.2, "held": 2, "held_share": 0.01}}),
+    "coarse drive": (
+        "paper_100hz",
+        {"actuator": {"torque_resolution": 5.0, "rate_limit": 2000.0, "ripple_amplitude": 3.0}},
+    ),
     "unspecified limit": ("saturation", {"actuator": {"reports_torque": False}}),
 }
 """Features of ``adaptive``: a scenario, and what is changed in it."""

@@ -112,13 +112,20 @@ def words_of(function, *arguments, **named):
     return digest(plain(value)) if not hasattr(value, "model_dump") else "accepted"
 
 
-def controller_figures(make, samples=160):
+MOVING = [Inputs._fields.index(one) for one in ("reference", "next_reference", "acting_reference", "velocity")]
+
+
+def controller_figures(make, samples=110):
     """Return torque and state of a controller in plain Python along made-up inputs, before and after a new start."""
     controller = make()
     controller.run_uncompiled()
     found = {}
-    for start in ("cold", "restarted"):
+    for start in ("cold", "restarted", "held"):
         inputs = made_up_inputs(controller.period, samples, seed=103)
+        inputs[60:75, MOVING] = 0.0  # it rests a while
+        inputs[85:, MOVING] = inputs[85:86, MOVING]  # and moves evenly at the end
+        if start == "held" and hasattr(controller, "enabled"):
+            controller.enabled = False
         given = np.array([controller.step_plain(Inputs(*row.tolist())) for row in inputs])
         found |= {f"{start} torque": rms(given[:, 0]), f"{start} feedforward": rms(given[:, 1])}
         found |= {f"{start} last": float(given[-1, 0]), f"{start} faults": controller.faults}
@@ -191,11 +198,12 @@ def design_figures():
             tables = {"limit": limit, "pi": asdict(design), "falling": asdict(margins), "cascade": asdict(cascade)}
             for kind in OBSERVERS if name != "low-pass" else ():
                 gains = (design.proportional, design.integral)[: 1 if kind is ExtendedState else 2]
-                tables[kind.__name__] = asdict(kind.design(20.0, 0.001, *gains, **loop))
+                bandwidth = 0.1 * limit if kind is KalmanDisturbance else None  # its search takes long
+                tables[kind.__name__] = asdict(kind.design(20.0, 0.001, *gains, bandwidth, **loop))
             found |= dict(numbers(tables, f"{delay} {name}".strip()))
             for function, given in (
                 (PI.design, (20.0, 0.001, 1.2 * limit)),
-                (PositionLoop.design, (0.001, 0.4 * limit, 900.0)),
+                (PositionLoop.design, (0.001, 0.4 * limit, 90.0)),
                 (PositionLoop.design, (0.001, 1.5 * limit)),
             ):
                 found[f"{delay} {name} {function.__qualname__} {len(given)}"] = words_of(function, *given, **loop)
@@ -251,7 +259,7 @@ def identified_figures(name):
     """Return what is identified from a log, and in which words it is written and said."""
     log, options = LOGS[name]
     found = identify_log(log(), **options)
-    texts = {kind: words_of(found.simulator, kind, gear_ratio=2.0) for kind in ENDINGS}
+    texts = {kind: words_of(found.simulator, kind, gear_ratio=3.0) for kind in ENDINGS}
     texts |= {"scenario": words_of(scenario_text, found, "reference.csv")}
     texts |= {"verdict": " | ".join(verdict_lines(found)), "details": " | ".join(details(found))}
     return dict(numbers(found.to_dict())) | texts
