@@ -2,7 +2,8 @@
 
 What is mutated is arithmetic, comparisons, numbers, ``min``/``max``/``abs``, boolean operators, branches, statements
 that do something in place, and what is returned. Tuning constants at the head of a module stay: they are chosen by
-benchmarks, and a test of their value would only repeat it.
+benchmarks, and a test of their value would only repeat it. ``strict`` of ``zip`` stays as well: it says of lengths that
+are equal by construction that they are.
 """
 
 import __future__
@@ -57,7 +58,7 @@ def spots(owner: Any, slot: int | str, body: list[Any], index: int) -> Iterator[
     elif isinstance(node, ast.AST) and not (isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant)):
         yield Spot(node, owner, slot, body, index)
         for field, _ in ast.iter_fields(node):
-            if field != "annotation":
+            if field != "annotation" and not (isinstance(node, ast.keyword) and node.arg == "strict"):
                 yield from spots(node, field, body, index)
 
 
