@@ -18,11 +18,11 @@ def limited_mean(commands: tuple[float, ...], delay: float, limit: float) -> flo
 def following_reference(last: float, earlier: float, samples: int, inputs: Inputs) -> float:
     """Return the reference at the next sample, rad/s: as given, or extrapolated by the lesser of the last two slopes.
 
-    So a leap that was not announced is not taken for a slope that goes on (minmod).
+    So a leap that was not announced is not taken for a slope that goes on (minmod); a reference of zero rests.
     """
     if math.isfinite(inputs.next_reference):
         return inputs.next_reference
-    if samples < 2:
+    if samples < 2 or inputs.reference == 0.0:
         return inputs.reference
     slope, before = inputs.reference - last, last - earlier
     if slope * before <= 0.0:

@@ -132,7 +132,7 @@ class AdaptiveController(IdentifyingController):
     """
 
     monitor_names = ("change_probability", "observer_gain", "observer_torque")
-    state_version = 5
+    state_version = 6
 
     def __init__(
         self,

@@ -1,16 +1,19 @@
 """Feedforward: the columns along the coming reference, times their coefficients; and friction at standstill.
 
 Three facts of friction that the loop's response does not know are here: it turns a little late; at standstill it is
-what the joint was shown to hold; and on a reference that is slow for the loop, what breaks a joint away makes it slip.
+what is bent, and what the joint was shown to hold; and on a reference that is slow for the loop, what breaks a joint
+away makes it slip.
 """
 
 import math
 from typing import NamedTuple
 
+from adaptive_ff.adaptive.learn import distance_apart, speed_level
 from adaptive_ff.adaptive.state import AdaptiveParameters, AdaptiveState
 from adaptive_ff.friction.columns import (
     COULOMB,
     INERTIA,
+    LAGS,
     PATHS,
     STICTION,
     VISCOUS,
@@ -38,10 +41,10 @@ class Fed(NamedTuple):
         Friction that is not fed, N m.
     known : float
         Torque known from elsewhere, N m.
-    sliding : float
-        Friction in the torque, N m.
-    steady, held : float
-        Torque that the integral holds in the mean, and friction held at standstill, N m.
+    sliding, stays : float
+        Friction in the torque, and what of it stays at standstill: that over paths, or what is held there, N m.
+    steady, held, standing : float
+        Torque that the integral holds in the mean, friction held at standstill, and what of it is new, N m.
     largest : float
         Largest friction at low speed, N m.
     """
@@ -52,8 +55,10 @@ class Fed(NamedTuple):
     kept: float
     known: float
     sliding: float
+    stays: float
     steady: float
     held: float
+    standing: float
     largest: float
 
 
@@ -67,23 +72,31 @@ def friction_over_paths(state: AdaptiveState) -> float:
 
 def at_standstill(
     parameters: AdaptiveParameters, state: AdaptiveState, inputs: Inputs, static: float, rests: bool
-) -> tuple[FrictionState, float, float]:
-    """Return the memory of the columns, the torque that the integral holds in the mean, and friction held, N m.
+) -> tuple[FrictionState, float, float, float]:
+    """Return the memory of the columns, what the integral holds in the mean, and friction held before and now, N m.
 
-    While the reference rests, what the integral winds up beyond its mean is friction of the joint that stands, up to
-    the static friction.
+    Friction that is bent over a path stays where the reference comes to rest; what slid stays as far as the rest was
+    not foreseen, and fades else. What the integral winds up from then on, beyond its mean, is friction of the joint
+    that stands as well, up to the static friction.
     """
     pi, integral, steady = parameters.feedback, state.feedback.integral, state.steady
     if not rests:
         weight = 1.0
         if pi.proportional > 0.0:
             weight = min(1.0, inputs.dt * pi.integral / pi.proportional * parameters.tuning.steady)
-        return state.friction, steady + weight * (integral - steady), 0.0
+        return state.friction, steady + weight * (integral - steady), 0.0, 0.0
     if static <= 0.0:
-        return state.friction, steady, 0.0
-    held = (state.held if state.rested else state.fed_friction) + integral - steady
+        return state.friction, steady, state.stays, 0.0
+    before, held = state.stays, state.held
+    if not state.rested:
+        apart = 2.0 * distance_apart(0.0, state.foreseen, speed_level(parameters, state, parameters.tuning.standing))
+        before += apart * (state.fed_friction - state.stays)
+        held = before
+        for i in range(LAGS):
+            state.friction.lagged[i] *= 1.0 - apart
+    held += integral - steady
     held = min(max(held, -static), static)
-    return hold(state.friction, held / static), steady, held
+    return hold(state.friction, held / static), steady, before, held
 
 
 def feed_in_place(
@@ -105,7 +118,7 @@ def feed_in_place(
     coulomb, stiction = mean[LOOP + COULOMB], mean[LOOP + STICTION]
     largest = max(coulomb, stiction) + paths
     rests = inputs.reference == 0.0 and start == 0.0 and end == 0.0
-    friction, steady, held = at_standstill(parameters, state, inputs, stiction + paths, rests)
+    friction, steady, before, held = at_standstill(parameters, state, inputs, stiction + paths, rests)
     late = parameters.tuning.hold * largest * parameters.period / machine.inertia
     curve = Curve(math.exp(mean[last - 1]), math.exp(mean[last]), coulomb, stiction, mean[LOOP + VISCOUS], late)
     friction = write_columns(
@@ -122,7 +135,7 @@ def feed_in_place(
     )
     if math.isfinite(inputs.inertia):
         psi[INERTIA] *= inputs.inertia / machine.inertia
-    known, torque, change, kept, sliding = inputs.feedforward, 0.0, 0.0, 0.0, 0.0
+    known, torque, change, kept, sliding, stays = inputs.feedforward, 0.0, 0.0, 0.0, 0.0, 0.0
     if machine.includes_inertia:
         known -= machine.inertia * psi[INERTIA]
     for i in range(psi.size - 2):
@@ -133,9 +146,15 @@ def feed_in_place(
         state.given[i] = mean[LOOP + i]
         if COULOMB <= i < PATHS + state.friction.bent.size:
             sliding += fed * psi[i] * mean[LOOP + i]
+        if PATHS <= i < PATHS + state.friction.bent.size:
+            stays += fed * psi[i] * mean[LOOP + i]
+    if rests:
+        stays = machine.friction_share * held
     for i in range(psi.size):
         put_in(state.response, i, psi[i])
-    return Fed(friction, torque, change, kept, known, sliding, steady, held, largest)
+    return Fed(
+        friction, torque, change, kept, known, sliding, stays, steady, held, stays - before if rests else 0.0, largest
+    )
 
 
 def next_gain(

@@ -11,7 +11,7 @@ from controllers.plausibility import LARGEST_VELOCITY, MOST_TIME, largest_torque
 ROUNDING = 1e-9
 """How far an estimate may lie beyond its range, relative to it."""
 
-SIZES = ("held", "handed", "steady", "fed_friction")
+SIZES = ("held", "handed", "steady", "fed_friction", "stays")
 """Torques of the state, N m."""
 
 
@@ -51,8 +51,9 @@ def check_adaptive_state(parameters: AdaptiveParameters, state: AdaptiveState) -
     for name in ("quiet", "loud"):
         if np.any(np.abs(getattr(state, name).covariance) > largest * largest):
             raise ValueError(f"state.{name}.covariance is not allowed: no deviation is beyond {largest:g}")
-    held = (state.friction.lagged, state.friction.bent, np.array([state.friction.direction]))
-    if any(np.any(np.abs(part) > 1.0 / ROUNDING) for part in held) or abs(state.friction.direction) > 1.0:
+    friction = state.friction
+    follows = any(np.any(np.abs(part) > 1.0 / ROUNDING) for part in (friction.lagged, friction.bent))
+    if follows or max(abs(friction.direction), abs(friction.held)) > 1.0:
         raise ValueError("state.friction is not allowed: what follows a lag or a path is of the size of one")
     for name, mean in (("quiet.mean", state.quiet.mean), ("loud.mean", state.loud.mean), ("mean", state.mean)):
         _check_estimate(parameters, name, mean, largest)

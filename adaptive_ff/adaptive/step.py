@@ -187,7 +187,7 @@ def step_adaptive(parameters: AdaptiveParameters, state: AdaptiveState, inputs: 
     fades = math.exp(-duration / tuning.peak_memory) if inputs.reference != 0.0 else 1.0
     peak = max(abs(inputs.reference), state.peak * fades)
     fed_gain = next_gain(parameters, state, peak, fed.largest, duration)
-    observer, passed = pass_torque(state, fed, learnt.observer, torque, gain, fed_gain, rests)
+    observer, passed = pass_torque(state, fed, learnt.observer, torque, gain, fed_gain)
     feedback = hand_over(pi, state.feedback, passed)
     handed = state.handed + passed - (unwound_integral(pi, feedback, inputs) - feedback.integral)
     total = fed_gain * (fed.torque + observer.gain * observer.torque)
@@ -221,6 +221,7 @@ def step_adaptive(parameters: AdaptiveParameters, state: AdaptiveState, inputs: 
         steady=fed.steady,
         held=fed.held,
         fed_friction=fed.sliding,
+        stays=fed.stays,
         rested=rests,
         modelled=remember(state.modelled, fed.known + fed_gain * (fed.torque + fed.kept)),
         fed_gain=fed_gain,
@@ -228,7 +229,7 @@ def step_adaptive(parameters: AdaptiveParameters, state: AdaptiveState, inputs: 
 
 
 def pass_torque(
-    state: AdaptiveState, fed: Fed, observer: Observer, torque: float, gain: float, fed_gain: float, rests: bool
+    state: AdaptiveState, fed: Fed, observer: Observer, torque: float, gain: float, fed_gain: float
 ) -> tuple[Observer, float]:
     """Return the observer after the sample, and the torque that passes from the integral to what is fed, N m.
 
@@ -238,8 +239,7 @@ def pass_torque(
     old, change = observer.gain, fed.change
     torque -= change
     shifted = observer.shifted + change
-    standing = fed.sliding - state.fed_friction if rests else 0.0
-    passed = standing + (1.0 - old) * change + (gain - old) * torque
+    passed = fed.standing + (1.0 - old) * change + (gain - old) * torque
     handed = observer.handed + fed_gain * ((gain - old) * torque - old * change)
     handed += (fed_gain - state.fed_gain) * gain * torque
     passed = fed_gain * passed + (fed_gain - state.fed_gain) * (fed.torque + gain * torque - passed)

@@ -92,16 +92,19 @@ class FrictionState(NamedTuple):
         What follows over each presliding distance.
     direction : float
         Sign of the friction: -1, 0 before any motion, or 1.
+    held : float
+        Fraction of its static friction that a joint at rest holds, from -1 to 1.
     """
 
     lagged: MutableArray
     bent: MutableArray
     direction: float
+    held: float
 
 
 def initial_friction_state(hypothesis: Hypothesis) -> FrictionState:
     """Return the memory before any motion."""
-    return FrictionState(np.zeros(LAGS), np.zeros(hypothesis.distances.size), 0.0)
+    return FrictionState(np.zeros(LAGS), np.zeros(hypothesis.distances.size), 0.0, 0.0)
 
 
 def column_count(hypothesis: Hypothesis) -> int:
@@ -241,14 +244,15 @@ def write_columns(
         psi[i] = 0.0
     decay = math.exp(-duration / curve.lag)
     speed, by_speed = _follow_lag(state.lagged, LAGGED_SPEED, SPEED_SENSITIVITY, start, end, curve.lag, duration, decay)
-    direction, hold = state.direction, curve.hold
+    direction, hold, held = state.direction, curve.hold, state.held
     if direction == 0.0:
         direction = 1.0 if start + end > 0.0 else (-1.0 if start + end < 0.0 else 0.0)
     if start == 0.0 and end == 0.0:
-        psi[STICTION] = state.lagged[LAGGED_STICTION]
-        for i in range(hypothesis.distances.size):
-            psi[PATHS + i] = state.bent[i]
+        _slide(hypothesis, state, curve, 0.0, 0.0, 0.0, duration, psi)  # what slid fades, what is bent stays
+        psi[STICTION] += held * duration
     else:
+        state.lagged[LAGGED_STICTION] += held
+        held = 0.0
         turn = 1.0  # fraction of the period before friction turns
         if direction * end < -hold:
             turn = 0.0
@@ -260,8 +264,8 @@ def write_columns(
         if turn < 1.0:
             direction = -direction
             _slide(hypothesis, state, curve, direction, edge, end, (1.0 - turn) * duration, psi)
-        for i in range(COULOMB, psi.size):
-            psi[i] /= duration
+    for i in range(COULOMB, psi.size):
+        psi[i] /= duration
     psi[INERTIA], psi[VISCOUS] = (end - start) / duration, speed / duration
     psi[psi.size - 2] += curve.viscous * by_speed / duration
     place = PATHS + hypothesis.distances.size
@@ -273,17 +277,14 @@ def write_columns(
     place = psi.size - 2 - hypothesis.regressors
     for i in range(hypothesis.regressors):
         psi[place + i] = regressors[i]
-    return FrictionState(state.lagged, state.bent, direction)
+    return FrictionState(state.lagged, state.bent, direction, held)
 
 
 def hold(state: FrictionState, fraction: float) -> FrictionState:
-    """Let a joint at rest hold a fraction of its static friction, from -1 to 1."""
-    for i in range(LAGS):
-        state.lagged[i] = 0.0
-    state.lagged[LAGGED_STICTION] = fraction
+    """Let a joint at rest hold a fraction of its static friction, from -1 to 1; what slid before fades with the lag."""
     for i in range(state.bent.size):
         state.bent[i] = fraction
-    return state
+    return FrictionState(state.lagged, state.bent, state.direction, fraction)
 
 
 def _write_over_position(
