@@ -29,7 +29,7 @@ def test_what_is_stored_is_what_is_run():
 
 @pytest.mark.parametrize("case", PARTS)
 def test_figures_of_parts_are_those_that_are_stored(case):
-    """After a change of behaviour that is wanted, ``python tests/helpers/figures.py`` stores them anew."""
+    """After a change of behaviour that is wanted, ``PYTHONPATH=. python tests/helpers/figures.py`` stores them anew."""
     assert moved(case) == {}
 
 

@@ -73,7 +73,7 @@ def test_any_number_of_a_state_may_be_tampered_with(value, worked):
 
 def test_a_state_of_an_older_version_is_refused_and_the_version_named(worked):
     saved = json.loads(worked) | {"version": 2}
-    with pytest.raises(ValueError, match=r"^version of the state = 2 is not allowed: it must be 5$"):
+    with pytest.raises(ValueError, match=r"^version of the state = 2 is not allowed: it must be 6$"):
         make("adaptive", SCENARIO).state_from_json(json.dumps(saved))
 
 
