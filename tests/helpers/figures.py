@@ -1,4 +1,6 @@
-"""Figures of short runs of everything, to seven digits; ``PYTHONPATH=. python tests/helpers/figures.py`` stores those of today.
+"""Figures of short runs of everything, to seven digits.
+
+``PYTHONPATH=. python tests/helpers/figures.py`` stores those of today.
 
 A change of behaviour shows here, by name; whether it is wanted, the suites of ``benchmarks`` say.
 """
