@@ -1,27 +1,29 @@
-"""Rows in which a series is far off for one to three rows and back at once: glitches of a sensor or a bus.
+"""Spikes: rows in which a series is far off for one to three rows, as a glitch of a sensor or a bus leaves them.
 
-What is looked for leaves its neighbours in one step, stays away and is back in one step, where the slope around it
-says. Far is measured against the usual step of the series and the steps beside; so noise, encoders of few counts,
-pulses that come all the time and vibration are not far. A torque or a velocity may really come and go within three
-rows; of these only what is far outside the range of all others counts, and of torques only what the joint did not
-feel: an impulse changes its velocity.
+They are found by the Hampel filter [1]_: a row is off if it is far from the median of the rows around it, measured by
+the median of these distances and by the usual step of the series. So noise, encoders of few counts, slopes and jumps
+that stay are no spikes. A torque or a velocity may really come and go within three rows; of these only what is far
+outside the range of all others counts, and of torques only what the joint did not feel: an impulse changes its
+velocity.
+
+References
+----------
+.. [1] R. K. Pearson, Outliers in process modeling and identification, IEEE Trans. Control Syst. Technol. 10, 2002.
 """
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import ndimage
 
 from adaptive_ff.errors import counted
-from adaptive_ff.logs.defects import bridged, steps_of
-from adaptive_ff.logs.log import Array, Log
+from adaptive_ff.logs.defects import bridged, runs, steps_of
+from adaptive_ff.logs.log import Log
 
-WIDEST, NEAREST, BESIDE = 3, 3, 6
-"""Rows that a spike takes at most, that there must be on either side, and whose steps are compared there."""
+WIDEST = 3
+"""Rows that a spike takes at most; the median is that of so many on either side."""
 
 FAR, USUAL = 4.0, 0.95
-"""Distance from the neighbours, over the usual step and those beside, that is far; fraction of steps that are usual."""
-
-BACK = 0.2
-"""Distance from where the slope leads to, over that of the spike, up to which a series is back."""
+"""Distance from the median, over the usual step and the median distance, that is far; fraction of usual steps."""
 
 OUTSIDE, RAREST = 1.5, 0.002
 """Distance of a torque or a velocity over the range of all values but this fraction at either end."""
@@ -34,7 +36,7 @@ def without_spikes(log: Log) -> tuple[Log, list[str]]:
     """Leave out the rows in which a series is far off; none where the clock would leave a gap."""
     said: list[str] = []
     for role in [role for role in ("position", "velocity", "torque") if role in log.series]:
-        with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
+        with np.errstate(invalid="ignore", over="ignore"):
             kept = bridged(log.time, find_spikes(log, role))
         if kept:
             left = np.zeros(log.time.size, dtype=np.bool_)
@@ -51,53 +53,28 @@ def without_spikes(log: Log) -> tuple[Log, list[str]]:
 
 def find_spikes(log: Log, role: str) -> NDArray[np.bool_]:
     """Return the rows in which the position, velocity or torque of a log is far off for one to three rows."""
-    values = log.series[role]
-    off = np.zeros(values.size, dtype=np.bool_)
-    steps = steps_of(values)
-    moved = np.abs(steps)
+    values, off = log.series[role], np.zeros(log.time.size, dtype=np.bool_)
+    known, moved = np.isfinite(values), np.abs(steps_of(values))
     moved = moved[(moved > 0.0) & (moved < np.inf)]
     if not moved.size:
         return off
     limit = FAR * float(np.quantile(moved, USUAL))  # of steps that are not zero: a joint may rest for most of a log
-    low, high = np.quantile(values[np.isfinite(values)], (RAREST, 1.0 - RAREST))
     if role != "position":
-        limit = max(limit, OUTSIDE * (high - low))
-    begin = np.flatnonzero(np.abs(steps) > limit) + 1
-    for width in range(1, WIDEST + 1):
-        first = begin[(begin >= NEAREST) & (begin + width <= values.size - NEAREST)]
-        first = first[_are_off(values, steps, first, width, limit)]
-        if role != "position":
-            inside = values[first[:, np.newaxis] + np.arange(width)]
-            first = first[np.all((inside < low) | (inside > high), axis=1)]
-        if role == "torque":
-            first = first[~_were_felt(log, first, width)]
-        for start in first:
-            if not (off[start - 1] or off[start + width]):  # else what is between two spikes
-                off[start : start + width] = True
+        limit = max(limit, OUTSIDE * float(np.ptp(np.quantile(values[known], (RAREST, 1.0 - RAREST)))))
+    away = np.where(known, np.abs(values - ndimage.median_filter(values, 2 * WIDEST + 1)), 0.0)
+    far = away > np.maximum(limit, FAR * ndimage.median_filter(away, 2 * WIDEST + 1))
+    felt = _is_felt(log) if role == "torque" and far.any() else off.copy()
+    for start, stop in runs(far):
+        off[start:stop] = stop - start <= WIDEST and not felt[start]
     return off
 
 
-def _are_off(values: Array, steps: Array, first: NDArray[np.int64], width: int, limit: float) -> NDArray[np.bool_]:
-    """Tell at which of some first rows begin so many that are off, and end."""
-    before, reach = first[:, np.newaxis] - 1, np.arange(BESIDE)
-    places = np.concatenate([before - 1 - reach, before + 1 + width + reach], axis=1)
-    beside = np.where((places >= 0) & (places < steps.size), steps[np.clip(places, 0, steps.size - 1)], 0.0)
-    ahead = np.arange(1, width + 2)
-    distances = np.abs(values[before + ahead] - values[before] - np.median(beside, axis=1)[:, np.newaxis] * ahead)
-    nearest = np.min(distances[:, :-1], axis=1)
-    third = np.sort(np.abs(beside), axis=1)[:, -3]  # the two largest may be those of another spike
-    is_far = (nearest > np.maximum(limit, FAR * third)) & np.all(np.isfinite(distances), axis=1)
-    return np.asarray(is_far & (distances[:, -1] <= BACK * nearest))
-
-
-def _were_felt(log: Log, rows: NDArray[np.int64], width: int) -> NDArray[np.bool_]:
-    """Tell at which rows the velocity changes by more than anywhere else, as an impulse of the torque changes it."""
+def _is_felt(log: Log) -> NDArray[np.bool_]:
+    """Tell where the velocity changes by more than anywhere else, as an impulse of the torque changes it."""
     velocity = log.motion if log.position is None else np.diff(log.motion, append=log.motion[-1])
     mean = np.convolve(velocity, np.full(AROUND, 1.0 / AROUND), mode="same")
-    apart = width + AROUND + 1
-    changes = np.abs(mean[apart:] - mean[:-apart])
+    before, behind = AROUND // 2 + 1, AROUND // 2 + 1 + WIDEST
+    padded = np.pad(mean, (before, behind), mode="edge")
+    changes = np.abs(padded[before + behind :] - padded[: -before - behind])
     known = changes[np.isfinite(changes)]
-    if not known.size:
-        return np.zeros(rows.size, dtype=np.bool_)
-    usual = float(np.quantile(known, 0.9))
-    return np.asarray(changes[np.clip(rows - AROUND // 2 - 1, 0, changes.size - 1)] > FELT * usual)
+    return np.asarray(changes > FELT * np.quantile(known, 0.9)) if known.size else np.zeros(mean.size, dtype=np.bool_)
