@@ -84,7 +84,7 @@ def prepare(
     _check(log)
     sound = clean(log, linear=linear)
     whole, period = sound.log, median_step(sound.log)
-    spans, skipped = usable_segments(whole, 32, sound.jumps)
+    spans, skipped = usable_segments(whole, 32)
     _check_content(log, whole, spans, skipped, linear=linear)
     segments = [_segment(whole, span, period, torque_delay or 0.0) for span in spans]
     longest = max(segments, key=lambda one: one.position.size)

@@ -1,6 +1,5 @@
 """The clock of a log, its gaps, and the segments between defects that can be used."""
 
-from collections.abc import Sequence
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -10,12 +9,36 @@ from numpy.typing import NDArray
 from adaptive_ff.errors import InputError, counted
 from adaptive_ff.logs.log import Array, Log
 
-GAP, UNEVEN = 5.5, (0.9, 4.0)
-"""A step of the clock longer than this many median steps is a gap; where steps are uneven, one longer than so many
-times that which so large a fraction is not longer than."""
 
-BACK_FRACTION = 0.1
-"""Fraction of the steps of a clock that go back from which on the samples are not in order."""
+class Tuning(NamedTuple):
+    """What is taken for a defect, and what for one that is certain enough to be mended."""
+
+    gap: float = 5.5  # step of the clock, in median steps, beyond which it leaves a gap, ...
+    uneven: tuple[float, float] = (0.9, 4.0)  # ... or times that which so large a fraction of them does not exceed
+    back: float = 0.1  # fraction of steps of the clock that go back from which on samples are not in order
+    slowest: float = 1.0  # sample time, s, from which on the clock does not count seconds, ...
+    fastest: float = 1e-5  # ... and below which no joint's is
+    rate: int = 50  # steps of the clock, one after the other, that leave gaps: another sample rate
+    few: float = 0.05  # fraction of rows with the time of the row before from which on a clock may be rounded
+    repeated: float = 0.3  # fraction of rows that repeat the row before, ...
+    changes: int = 50  # ... and fewest changes, from which on a series is sampled more slowly
+    counts: float = 2.5  # change of a coarse encoder over its smallest one, up to which it is one count
+    missing: int = 4  # rows without a value one after the other that are left out; more cut the log
+    wrap: float = 0.05  # relative difference from a turn up to which a step is a wrap
+    jump: float = 20.0  # step over nearly all others that is a jump
+    spike: int = 3  # rows that a spike takes at most
+    far: float = 4.0  # distance from the median of the rows around, over the usual one, that is far
+    usual: float = 0.95  # fraction of steps that are usual
+    outside: float = 1.5  # distance of a torque or a velocity over its range, but for ...
+    rarest: float = 0.002  # ... this fraction at either end
+    averaged: int = 5  # rows over which the velocity is a mean
+    felt: float = 3.0  # its change over that which nine of ten other places do not exceed
+    at_limit: float = 0.05  # fraction of rows at an end of the torque that make a limit, ...
+    often: float = 5.0  # ... times the most frequent value between, ...
+    changing: float = 0.5  # ... and fraction of the rows between in which it changes
+
+
+TUNING = Tuning()
 
 
 class Span(NamedTuple):
@@ -44,12 +67,6 @@ def steps_of(values: Array) -> Array:
         return np.diff(values)
 
 
-def forward_steps(time: Array) -> Array:
-    """Return the steps of a clock that go forward, s."""
-    steps = steps_of(time)
-    return np.asarray(steps[(steps > 0.0) & (steps < np.inf)])
-
-
 def median_step(log: Log) -> float:
     """Return the median step of the clock, s, of those that go forward.
 
@@ -60,9 +77,9 @@ def median_step(log: Log) -> float:
     """
     if log.time.size < 2:
         raise InputError(f"{log.name}: {counted(log.time.size, 'sample')} cannot be used; there must be 2 at least")
-    steps, forward = steps_of(log.time), forward_steps(log.time)
-    back = int(np.count_nonzero(steps < 0.0))
-    if forward.size == 0 or back > BACK_FRACTION * (back + forward.size):
+    steps, forward = steps_of(log.time), _forward_steps(log.time)
+    back = np.count_nonzero(steps < 0.0)
+    if forward.size == 0 or back > TUNING.back * (back + forward.size):
         wrong = np.flatnonzero(~(steps > 0.0))
         place = int(wrong[0])
         raise InputError(
@@ -75,14 +92,14 @@ def median_step(log: Log) -> float:
 
 def longest_step(time: Array) -> float:
     """Return the step of a clock beyond which it leaves a gap, s."""
-    forward, (fraction, times) = forward_steps(time), UNEVEN
+    forward, (fraction, times) = _forward_steps(time), TUNING.uneven
     if not forward.size:
         return 0.0
-    return max(GAP * float(np.median(forward)), times * float(np.quantile(forward, fraction)))
+    return max(TUNING.gap * float(np.median(forward)), times * float(np.quantile(forward, fraction)))
 
 
-def usable_segments(log: Log, shortest: int = 2, jumps: Sequence[Skipped] = ()) -> tuple[list[Span], list[Skipped]]:
-    """Cut a log where values are not finite, or the clock stands, jumps back or leaves a gap, and at given places.
+def usable_segments(log: Log, shortest: int = 2) -> tuple[list[Span], list[Skipped]]:
+    """Cut a log where values are not finite, the clock stands, jumps back or leaves a gap, and the position jumps.
 
     Returns the segments of at least so many samples, and what is skipped, in order; a jump of the clock skips no
     sample, it only cuts, and its entry is empty.
@@ -94,25 +111,24 @@ def usable_segments(log: Log, shortest: int = 2, jumps: Sequence[Skipped] = ()) 
     """
     median_step(log)
     finite = np.all([np.isfinite(series) for series in log.series.values()], axis=0)
-    steps = steps_of(log.time)
+    steps, between = steps_of(log.time), finite[1:] & finite[:-1]
     broken = ~((steps > 0.0) & (steps <= longest_step(log.time)))
     skipped = [Skipped(*run, "values that are no finite numbers") for run in runs(~finite)]
-    for place in (np.flatnonzero(broken & finite[1:] & finite[:-1]) + 1).tolist():
+    for place in (np.flatnonzero(broken & between) + 1).tolist():
         before, after = log.time[place - 1], log.time[place]
         what = "leaves a gap" if after > before else "jumps back" if after < before else "stands still"
         skipped.append(Skipped(place, place, f"the clock {what}, from {before:.6g} s to {after:.6g} s"))
-    skipped += [one for one in jumps if not broken[one.start - 1] and finite[one.start - 1 : one.start + 1].all()]
+    jumps = find_jumps(log)
+    skipped += [one for one in jumps if between[one.start - 1] and not broken[one.start - 1]]
     broken[[one.start - 1 for one in jumps]] = True
     segments: list[Span] = []
-    cut = np.flatnonzero(broken) + 1
-    for start, stop in runs(finite):
-        inside = cut[np.searchsorted(cut, start, side="right") : np.searchsorted(cut, stop)].tolist()
-        for begin, end in pairwise([start, *inside, stop]):
-            if end - begin >= shortest:
-                segments.append(Span(begin, end))
-            else:
-                reason = f"a segment of {counted(end - begin, 'sample')}; {shortest} are needed"
-                skipped.append(Skipped(begin, end, reason))
+    edges = np.flatnonzero(broken | (finite[1:] != finite[:-1])) + 1
+    for begin, end in pairwise([0, *edges.tolist(), finite.size]):
+        if finite[begin] and end - begin >= shortest:
+            segments.append(Span(begin, end))
+        elif finite[begin]:
+            reason = f"a segment of {counted(end - begin, 'sample')}; {shortest} are needed"
+            skipped.append(Skipped(begin, end, reason))
     return segments, sorted(skipped)
 
 
@@ -122,15 +138,43 @@ def runs(mask: NDArray[np.bool_]) -> list[tuple[int, int]]:
     return [(int(start), int(stop)) for start, stop in edges.reshape(-1, 2)]
 
 
-def bridged(time: Array, mask: NDArray[np.bool_]) -> list[tuple[int, int]]:
-    """Return start and stop of the runs of true values that may be left out without a gap of the clock.
+def bridged(time: Array, mask: NDArray[np.bool_], widest: int) -> NDArray[np.bool_]:
+    """Return the runs of at most so many true values that may be left out without a gap of the clock.
 
-    A run at an end of the log leaves no gap, whatever its length.
+    A run at an end of the log leaves no gap.
     """
-    most = longest_step(time)
+    found, most = np.zeros_like(mask), longest_step(time)
     with np.errstate(invalid="ignore", over="ignore"):
-        return [
-            (start, stop)
-            for start, stop in runs(mask)
-            if start == 0 or stop == time.size or 0.0 < time[stop] - time[start - 1] <= most
-        ]
+        for start, stop in runs(mask):
+            is_end = start == 0 or stop == time.size
+            found[start:stop] = stop - start <= widest and (is_end or 0.0 < time[stop] - time[start - 1] <= most)
+    return found
+
+
+def find_pauses(time: Array) -> NDArray[np.int64]:
+    """Return the samples before which a clock leaves a gap."""
+    steps = steps_of(time)
+    return np.flatnonzero((steps > longest_step(time)) & (steps < np.inf)) + 1
+
+
+def find_jumps(log: Log) -> list[Skipped]:
+    """Return the places before which a position jumps within one sample; of a jump there and back, both."""
+    steps = steps_of(log.time[:0] if log.position is None else log.position)
+    usual, pauses = usual_step(steps), find_pauses(log.time)
+    if steps.size < 3 or not usual:
+        return []
+    large = runs(np.abs(steps) > TUNING.jump * usual)
+    places = [place for start, stop in large if stop - start <= 2 for place in range(start + 1, stop + 1)]
+    said = {place: f"the position jumps by {steps[place - 1]:.3g}" for place in places if place not in pauses}
+    return [Skipped(place, place, reason) for place, reason in said.items()]
+
+
+def usual_step(steps: Array) -> float:
+    """Return the step that nearly no other exceeds."""
+    known = np.abs(steps[np.isfinite(steps)])
+    return float(np.quantile(known, 0.99)) if known.size else 0.0
+
+
+def _forward_steps(time: Array) -> Array:
+    steps = steps_of(time)
+    return np.asarray(steps[(steps > 0.0) & (steps < np.inf)])

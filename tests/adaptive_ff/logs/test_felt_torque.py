@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from adaptive_ff.logs.cleaning import without_spikes
 from adaptive_ff.logs.log import Log
-from adaptive_ff.logs.spikes import without_spikes
 
 PERIOD, INERTIA = 0.002, 0.5
 PLACES = np.array([800, 2300, 3700, 5000, 6600, 7900, 9200])

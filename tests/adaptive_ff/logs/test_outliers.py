@@ -5,8 +5,8 @@ import pytest
 from synthetic_logs import JOINT, make_log
 
 from adaptive_ff.identify.identification import identify_log
+from adaptive_ff.logs.cleaning import without_spikes
 from adaptive_ff.logs.log import Log
-from adaptive_ff.logs.spikes import without_spikes
 from adaptive_ff.replay.replay import replay_log
 
 TIME = 0.002 * np.arange(10000)

@@ -5,8 +5,8 @@ import pytest
 from synthetic_logs import make_log
 
 from adaptive_ff.identify.identification import identify_log
-from adaptive_ff.logs.cleaning import clean, find_pauses
-from adaptive_ff.logs.defects import Skipped
+from adaptive_ff.logs.cleaning import clean
+from adaptive_ff.logs.defects import Skipped, find_pauses
 from adaptive_ff.replay.replay import replay_log
 
 

@@ -8,8 +8,8 @@ from adaptive_ff import InputError
 from adaptive_ff.cli.columns import is_current
 from adaptive_ff.identify.identification import identify_log
 from adaptive_ff.identify.units import LINEAR, ROTARY, of_current
-from adaptive_ff.logs.cleaning import STEPS, clean, find_jumps
-from adaptive_ff.logs.defects import Skipped
+from adaptive_ff.logs.cleaning import STEPS, clean
+from adaptive_ff.logs.defects import Skipped, find_jumps
 from adaptive_ff.logs.log import Log
 from adaptive_ff.replay.replay import replay_log
 
@@ -46,7 +46,7 @@ def test_log_is_cut_where_the_position_jumps():
     position = log.position.copy()
     position[5000:] += 0.9
     position[9000:] -= 0.9
-    assert [jump.start for jump in find_jumps(position)] == [5000, 9000]
+    assert [jump.start for jump in find_jumps(with_position(log, position))] == [5000, 9000]
     found = identify_log(with_position(log, position))
     assert any("the position jumps 2 times" in caution for caution in found.cautions)
     assert [skip.start for skip in found.skipped] == [5000, 9000]
@@ -80,7 +80,7 @@ def test_jump_beside_a_pause_is_still_a_jump():
     kept[7000:7249] = False
     position = np.where(np.arange(log.time.size) < 9000, log.position, log.position + 0.9)
     sound = clean(with_position(log, position).part(kept))
-    assert [jump.start for jump in sound.jumps] == [9000 - 249]
+    assert [jump.start for jump in find_jumps(sound.log)] == [9000 - 249]
     assert [sentence.split(" for ")[0] for sentence in sound.said] == [
         "the recording pauses once",
         "the position jumps once within one sample; the log is cut there",
@@ -107,7 +107,7 @@ def test_each_step_is_one_row_of_the_table():
 def test_sound_log_is_left_as_it_is():
     log = make_log(noise=0.05)
     sound = clean(log)
-    assert sound.said == sound.jumps == []
+    assert sound.said == find_jumps(sound.log) == []
     assert sound.log.position is log.position
 
 
