@@ -69,7 +69,7 @@ def with_clear_clock(log: Log) -> Done:
     """Leave out rows with the time of the row before; where they are of a rounded clock, rebuild its times instead."""
     ticks = steps_of(log.time)
     again = np.append(False, ticks == 0.0)
-    count = np.count_nonzero(again)
+    count = int(again.sum())
     if not count or not np.any(ticks > 0.0):  # a clock that stands all along is refused elsewhere
         return log, []
     rebuilt = _even_clock(log.time) if count >= TUNING.few * again.size and _goes_on(log.motion, again[1:]) else None
@@ -181,7 +181,8 @@ def _filled(places: NDArray[np.int64], usual: float, size: int) -> NDArray[np.in
 
 def without_gaps(log: Log) -> Done:
     """Say where the recording pauses; leave out stretches that are so slow that each of their steps is a gap."""
-    said, time = [], log.time
+    said: list[str] = []
+    time = log.time
     is_pause, left = np.zeros(time.size, dtype=np.bool_), np.zeros(time.size, dtype=np.bool_)
     is_pause[find_pauses(time)] = True
     slow = [(start, stop) for start, stop in runs(is_pause) if stop - start >= TUNING.rate]
@@ -214,7 +215,7 @@ def without_missing_values(log: Log) -> Done:
     """Leave out rows in which a column has no finite number, where few follow each other; longer stretches stay."""
     missing = {_called(log, role): ~np.isfinite(values) for role, values in log.series.items()}
     left = bridged(log.time, np.any(list(missing.values()), axis=0), TUNING.missing)
-    numbers = {name: np.count_nonzero(left & lacking) for name, lacking in missing.items()}
+    numbers = {name: int(np.sum(left & lacking)) for name, lacking in missing.items()}
     lacking = [f"{name}, {counted(number, 'time')}" for name, number in numbers.items() if number]
     columns = lacking[0].rpartition(",")[0] if len(lacking) == 1 else " and ".join(lacking)
     return left_out(log, left, f"no finite number in {columns}")
@@ -244,7 +245,7 @@ def without_wraps(log: Log) -> Done:
         return log, []  # at such speed a turn in a sample may be motion
     position = log.position.copy()
     position[1:] -= turn * np.cumsum(np.where(wraps, np.sign(steps), 0.0))
-    said = f"the position wraps {_times(np.count_nonzero(wraps))} by a turn; that is undone"
+    said = f"the position wraps {_times(int(wraps.sum()))} by a turn; that is undone"
     return replace(log, position=position), [said]
 
 
@@ -328,7 +329,7 @@ def _is_felt(log: Log) -> NDArray[np.bool_]:
 
 def left_out(log: Log, rows: NDArray[np.bool_], why: str) -> Done:
     """Return a log without some rows, and their number with the reason; nothing if there are none."""
-    count = np.count_nonzero(rows)
+    count = int(rows.sum())
     return (log.part(~rows), [f"{counted(count, 'row')} left out: {why}"]) if count else (log, [])
 
 
