@@ -1,9 +1,9 @@
 from .adaptive.controller import AdaptiveController as AdaptiveController
 from .adaptive.group import JointGroup as JointGroup
-from .comparison.baseline import read_baseline as read_baseline
 from .comparison.comparison import Comparison as Comparison
 from .comparison.comparison import compare as compare
 from .comparison.gate import assert_no_regression as assert_no_regression
+from .comparison.gate import read_baseline as read_baseline
 from .comparison.gate import regressions as regressions
 from .comparison.own import OwnController as OwnController
 from .comparison.run import Run as Run

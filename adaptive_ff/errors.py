@@ -3,6 +3,7 @@
 import math
 import os
 import reprlib
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +16,12 @@ def check_kind(name: str, value: Any, kinds: type | tuple[type, ...], rule: str)
     """Raise a TypeError for an argument that is of no such kind; the rule says what it must be."""
     if not isinstance(value, kinds):
         raise TypeError(f"{name} = {reprlib.repr(value)} is not allowed: it must be {rule}")
+
+
+def check_among(name: str, value: Any, there: Iterable[str], where: str = "known") -> None:
+    """Raise an InputError for a value, called by a name, that is not among those that there are, which it lists."""
+    if value not in there:
+        raise InputError(f"{name}{value!r} is not {where}; there are {', '.join(there)}")
 
 
 def check_positive(**values: float) -> None:

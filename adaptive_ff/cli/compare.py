@@ -60,8 +60,7 @@ class Guard:
 
     def gate(self, scenario: "Scenario", seeds: int) -> "Gate | None":
         """Return the gate, checked; None without a baseline."""
-        from adaptive_ff.comparison.baseline import read_baseline
-        from adaptive_ff.comparison.gate import Gate
+        from adaptive_ff.comparison.gate import Gate, read_baseline
 
         if self.baseline is None:
             if self.tolerance or self.guard or self.metric or self.across:

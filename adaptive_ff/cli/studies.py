@@ -40,8 +40,7 @@ def matrix_command(
     from adaptive_ff.report.matrix_files import by_loop, matrix_rows, matrix_tables, write_matrix
     from adaptive_ff.report.verdicts import matrix_lines
     from adaptive_ff.scenario.library import scenario_names
-    from adaptive_ff.studies.matrix import Job, run_matrix
-    from adaptive_ff.studies.ranking import collect, verdict
+    from adaptive_ff.studies.matrix import Job, collect, run_matrix, verdict
 
     mine = named_own(own or [])
     check_own_names(mine, CONTROLLERS)
@@ -87,8 +86,7 @@ def sweep_command(
     from adaptive_ff.report.tables import sweep_tables
     from adaptive_ff.scenario.file import to_toml
     from adaptive_ff.scenario.scenario import load_scenario
-    from adaptive_ff.studies.drawn_joints import draw_scenario
-    from adaptive_ff.studies.sweep import refusals, summary, sweep
+    from adaptive_ff.studies.sweep import draw_scenario, refusals, summary, sweep
 
     mine, loaded = named_own(own or []), load_scenario(scenario)
     with staged_results(output) as results, workers(scheduler) as executor:

@@ -9,24 +9,29 @@ Sources:
   of their own, drawn evenly on a logarithmic scale between 1/1.25 and 1.25 by the scenario's seed; ``Vs`` and
   ``delta`` are those that the identifying controllers assume, the inertia that of the feedback's design.
 - ``stale``: identified exactly, when all friction was 1.3 times what it is now, as after a change of temperature.
-- ``batch``: identified from a calibration run, see ``calibration``.
-
-The Coulomb-viscous form of a known curve is its least-squares fit over the speeds of the reference, which is as near
-to the curve as the form comes along this motion, not the curve's own ``Fc`` and ``sigma``, which lie below it
-wherever there is stiction.
+- ``batch``: identified from a calibration run of the PI loop: the scenario with another seed, for 120 s, before its
+  friction changes. A joint under PI sticks at the reversals, which are what shows the friction lag; so the lag is the
+  one with which the same loop, simulated without noise around the identified joint, moves as measured (closed-loop
+  output error, A. Janot, M. Gautier, P.-O. Vandanjon 2013, with the velocity in place of the torque).
 """
 
 import math
 from collections.abc import Callable
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import nnls
+from scipy.optimize import minimize_scalar, nnls
 
-from adaptive_ff.comparison.calibration import identify_joint
+from adaptive_ff.comparison.own_bandwidth import plain_pi
+from adaptive_ff.comparison.running import drive_over
+from adaptive_ff.friction.bounds import largest_lag
 from adaptive_ff.friction.model import TorqueModel, model_friction
+from adaptive_ff.identify.identification import identify_log
+from adaptive_ff.logs.log import Log
 from adaptive_ff.scenario.scenario import Scenario
-from plant import ElastoPlasticJoint, LuGreJoint, MaxwellJoint, RollingJoint
+from adaptive_ff.simulation.experiment import RunSetup, build_setup, without_noise
+from plant import ElastoPlasticJoint, Gravity, JointModel, LuGreJoint, MaxwellJoint, RollingJoint, schedule
 
 SPREAD = 1.25
 """Largest factor by which a nominal parameter is off."""
@@ -43,9 +48,18 @@ LEAST_REACH = 1e-3
 SPEEDS = 500
 """Number of speeds that the Coulomb-viscous form is fitted at, evenly spread over the time of the motion."""
 
+DURATION, OTHER_SEED = 120.0, 1_000_000
+"""Length of the calibration run, s, and what is added to the seed of the scenario."""
+
+LAG_STEP = 0.01
+"""Resolution of the identified friction lag, in time constants ``J/Kp`` of the feedback."""
+
 
 def coulomb_form(model: TorqueModel, reference: NDArray[np.float64]) -> TorqueModel:
-    """Return the Coulomb-viscous form of a model that is best along a reference (rad/s)."""
+    """Return the Coulomb-viscous form of a model: its least-squares fit over the speeds of a reference (rad/s).
+
+    The curve's own ``Fc`` and ``sigma`` lie below it wherever there is stiction.
+    """
     moving = np.abs(reference[reference != 0.0])
     if moving.size == 0:
         return model._replace(stiction=model.coulomb, friction_lag=0.0)
@@ -57,7 +71,7 @@ def coulomb_form(model: TorqueModel, reference: NDArray[np.float64]) -> TorqueMo
 
 def nominal_source(scenario: Scenario, truth: TorqueModel) -> TorqueModel:
     """Return what a data sheet says."""
-    limit = math.log(SPREAD)
+    limit, assumed = math.log(SPREAD), scenario.adaptation
     factors = np.exp(np.random.default_rng([scenario.seed, STREAM]).uniform(-limit, limit, 4)).tolist()
     coulomb = factors[0] * truth.coulomb
     return truth._replace(
@@ -66,8 +80,54 @@ def nominal_source(scenario: Scenario, truth: TorqueModel) -> TorqueModel:
         stiction=max(factors[1] * truth.stiction, coulomb),
         viscous=factors[2] * truth.viscous,
         friction_lag=factors[3] * truth.friction_lag,
-        stribeck_velocity=scenario.adaptation.stribeck_velocity,
-        stribeck_shape=scenario.adaptation.stribeck_shape,
+        stribeck_velocity=assumed.stribeck_velocity,
+        stribeck_shape=assumed.stribeck_shape,
+    )
+
+
+def stale_source(_: Scenario, truth: TorqueModel) -> TorqueModel:
+    """Return what an earlier identification says."""
+    return truth._replace(**{name: STALE * getattr(truth, name) for name in ("coulomb", "stiction", "viscous")})
+
+
+def batch_source(scenario: Scenario, _: TorqueModel) -> TorqueModel:
+    """Identify a scenario's joint in a calibration run; ``InputError`` where that does not move enough."""
+    other = scenario.modified(seed=(scenario.seed + OTHER_SEED) % 2**63, duration=DURATION, change=[])
+    return _identified(other.model_dump_json())
+
+
+@lru_cache(maxsize=32)
+def _identified(text: str) -> TorqueModel:
+    """Return the model of a scenario given as JSON text."""
+    scenario = Scenario.model_validate_json(text)
+    setup = build_setup(scenario)
+    run = drive_over(plain_pi(scenario), setup).record
+    time = setup.samples[:-1] * np.float64(setup.solver_period)
+    log = Log("calibration run", time, run.torque, velocity=run.measured)
+    found = identify_log(log, torque_delay=0.5 * scenario.sampling.period, model="symmetric").torque_model()
+
+    def error(lag: float) -> float:
+        try:
+            modelled = _modelled(scenario, setup, found._replace(friction_lag=float(lag)))
+        except ValueError:  # the solver period does not suit it
+            return math.inf
+        return float(np.mean((drive_over(plain_pi(scenario), modelled).record.measured - run.measured) ** 2))
+
+    constant = response_time(scenario)
+    options = {"xatol": LAG_STEP * constant}
+    search = minimize_scalar(error, bounds=(0.0, largest_lag(constant)), method="bounded", options=options)
+    return found._replace(friction_lag=float(search.x) if search.fun < error(0.0) else 0.0)
+
+
+def _modelled(scenario: Scenario, setup: RunSetup, model: TorqueModel) -> RunSetup:
+    """Return the setup with a modelled joint, without noise and gravity."""
+    known = {name: value for name, value in model._asdict().items() if name in JointModel.model_fields}
+    joint = JointModel(**known, solver_period=scenario.joint.solver_period)
+    return without_noise(setup)._replace(
+        joint=joint.parameters,
+        plan=schedule([], joint.solver_period),
+        actuator=setup.actuator._replace(gain=1.0),  # the torque that the drive reports is all that is known of it
+        gravity=Gravity(0.0, 0.0),
     )
 
 
@@ -80,11 +140,9 @@ FORMS: dict[str, Callable[[TorqueModel, NDArray[np.float64]], TorqueModel]] = {
 
 SOURCES: dict[str, Callable[[Scenario, TorqueModel], TorqueModel]] = {
     "nominal": nominal_source,
-    "stale": lambda scenario, truth: truth._replace(
-        **{name: STALE * getattr(truth, name) for name in ("coulomb", "stiction", "viscous")}
-    ),
+    "stale": stale_source,
     "true": lambda scenario, truth: truth,
-    "batch": lambda scenario, truth: identify_joint(scenario),
+    "batch": batch_source,
 }
 """Where a model comes from."""
 
@@ -114,8 +172,7 @@ def nominal_presliding(scenario: Scenario) -> float:
     reach of the last element, of rolling friction its range. It is off by a factor as the parameters of ``nominal``
     models are.
     """
-    joint, least = scenario.joint, LEAST_REACH * assumed_displacement(scenario)
-    true = 0.0
+    joint, true = scenario.joint, 0.0
     if isinstance(joint, LuGreJoint):
         true = 2.0 * joint.stiction / joint.stiffness
     elif isinstance(joint, MaxwellJoint):
@@ -125,4 +182,4 @@ def nominal_presliding(scenario: Scenario) -> float:
     elif isinstance(joint, ElastoPlasticJoint):
         true = joint.presliding
     factor = SPREAD ** np.random.default_rng([scenario.seed, STREAM, 1]).uniform(-1.0, 1.0)
-    return max(float(factor) * true, least)
+    return max(float(factor) * true, LEAST_REACH * assumed_displacement(scenario))

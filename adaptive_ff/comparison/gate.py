@@ -1,20 +1,32 @@
-"""Regression gate: tracking must stay as good as it was."""
+"""Regression gate: tracking must stay as good as in a stored result of the same scenario, the baseline."""
 
+import json
 import math
-from collections.abc import Iterable, Mapping
-from pathlib import Path
+from collections.abc import Iterable, Iterator, Mapping
+from pathlib import Path, PureWindowsPath
 from typing import Any
 
 import numpy as np
 from scipy import special
 
-from adaptive_ff.comparison.baseline import GATED, check_same_scenario, read_baseline
 from adaptive_ff.comparison.comparison import Comparison
 from adaptive_ff.comparison.registry import CONTROLLERS
-from adaptive_ff.errors import InputError, check_kind, checked_path
+from adaptive_ff.errors import InputError, check_among, check_kind, checked_path, read_text
 from adaptive_ff.scenario.axis_units import axis_unit
 from adaptive_ff.scenario.scenario import Scenario
 from adaptive_ff.simulation.metrics import METRIC_UNITS, POSITION_UNITS
+
+GATED = {**METRIC_UNITS, **POSITION_UNITS}
+"""Figures of merit that may not get worse, as far as a run has them, with units; smaller is better for all of them."""
+
+NOT_COMPARED = ("controllers", "sweep")
+"""Fields of a scenario that do not change the run of a controller."""
+
+ACROSS = {"gains": "feedback"}
+"""What a baseline may differ in on demand, and the table of the scenario that says it."""
+
+MOST_SHOWN = 6
+"""Most differing fields that a message names."""
 
 TOLERANCE = 0.05
 """Default tolerance, relative."""
@@ -47,6 +59,94 @@ def read_fraction(name: str, value: Fraction) -> float:
             f"write {text}% or {0.01 * fraction:g} for {text} %, or {100.0 * fraction:g}% if that is meant"
         )
     return fraction
+
+
+def read_baseline(path: str | Path) -> dict[str, Any]:
+    """Read a result that ``adaptive-ff compare --json`` wrote.
+
+    Raises
+    ------
+    InputError
+        The file cannot be read or is no such result.
+    TypeError
+        The path is none.
+    """
+    text = read_text(checked_path("path", path), "is not valid JSON")
+    try:
+        content = json.loads(text)
+    except (ValueError, RecursionError) as error:
+        raise InputError(f"{path}: is not valid JSON: {error}") from error
+    if not isinstance(content, dict):
+        content = {}
+    for part in ("controllers", "scenario"):
+        if not content.get(part) or not isinstance(content[part], dict):
+            raise InputError(f"{path}: {part} is missing; the file must be a result of 'adaptive-ff compare --json'")
+    for name, figures in content["controllers"].items():
+        figures = figures if isinstance(figures, dict) else {}
+        for figure in (*METRIC_UNITS, *(POSITION_UNITS.keys() & figures)):
+            value = figures.get(figure)
+            if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value) or value < 0.0:
+                raise InputError(
+                    f"{path}: controllers.{name}.{figure} = {value!r} is not allowed: it must be a finite number >= 0"
+                )
+    return content
+
+
+def scenario_differences(scenario: Scenario, baseline: Mapping[str, Any], across: Iterable[str] = ()) -> list[str]:
+    """Return in which fields the scenario of a baseline differs from a scenario, a phrase each.
+
+    A field that the baseline does not have, because an earlier version wrote it, counts as its default. Of the path of
+    a recorded reference only the name of the file counts, so that a baseline may move between machines. What is named
+    in ``across``, of :data:`ACROSS`, may differ.
+    """
+    for name in across:
+        check_among("across = ", name, ACROSS)
+    ignored = (*NOT_COMPARED, *(ACROSS[name] for name in across))
+    there = dict(_leaves(baseline["scenario"]))
+    here = dict(_leaves(scenario.model_dump(mode="json", exclude_none=True)))
+    chosen = dict(_leaves(scenario.model_dump(mode="json", exclude_none=True, exclude_defaults=True)))
+    found = []
+    for name in dict.fromkeys([*here, *there]):
+        if name.partition(".")[0] in ignored or (name not in there and name not in chosen):
+            continue
+        old, new = there.get(name), here.get(name)
+        if name == "reference.path" and isinstance(old, str) and isinstance(new, str):
+            old, new = PureWindowsPath(old).name, PureWindowsPath(new).name  # which takes the paths of any system
+        if old != new:
+            found.append(f"{name} is {_shown(old)} there and {_shown(new)} here")
+    return found
+
+
+def check_same_scenario(scenario: Scenario, baseline: Mapping[str, Any], name: str, across: Iterable[str] = ()) -> None:
+    """Refuse a baseline (called ``name``) of another scenario but for what may differ; the message names the fields."""
+    found = scenario_differences(scenario, baseline, across)
+    if found:
+        gains = all(one.startswith(f"{ACROSS['gains']}.") for one in found)
+        more = f" and {len(found) - MOST_SHOWN} more fields differ" if len(found) > MOST_SHOWN else ""
+        raise InputError(
+            f"{name}: is of another scenario: {'; '.join(found[:MOST_SHOWN])}{more}; run the scenario that it was "
+            f"made with, or make a new baseline{', or compare across gains (--across gains)' if gains else ''}"
+        )
+
+
+def _leaves(value: Any, path: str = "") -> Iterator[tuple[str, Any]]:
+    """Yield the values of nested tables, each with its path such as ``change.0.time``; lists of numbers as a whole."""
+    if isinstance(value, Mapping):
+        pairs = list(value.items())
+    elif isinstance(value, list) and any(isinstance(item, Mapping) for item in value):
+        pairs = list(enumerate(value))
+    else:
+        yield path, value
+        return
+    for key, item in pairs:
+        yield from _leaves(item, f"{path}.{key}" if path else str(key))
+
+
+def _shown(value: Any) -> str:
+    if value is None:
+        return "not given"
+    text = json.dumps(value)
+    return text if len(text) <= 60 else text[:57] + "..."
 
 
 class Gate:
@@ -101,10 +201,7 @@ class Gate:
         if chosen is not None:
             names = _several("controllers", chosen)
             for name in names:
-                if name not in there:
-                    raise InputError(
-                        f"guarded controller {name!r} is not in the baseline; there are {', '.join(there)}"
-                    )
+                check_among("guarded controller ", name, there, "in the baseline")
             return names
         names = [name for name in there if name in GUARDED or name not in CONTROLLERS]
         if not names:
@@ -121,13 +218,9 @@ class Gate:
             return [name for name in GATED if all(name in figures for figures in controllers.values())]
         names = _several("metrics", chosen)
         for name in names:
-            if name not in GATED:
-                raise InputError(f"metric {name!r} is not known; there are {', '.join(GATED)}")
+            check_among("metric ", name, GATED)
             for controller, figures in controllers.items():
-                if name not in figures:
-                    raise InputError(
-                        f"metric {name!r} is not in the baseline of {controller}; there are {', '.join(figures)}"
-                    )
+                check_among("metric ", name, figures, f"in the baseline of {controller}")
         return names
 
     def tolerance_of(self, controller: str, metric: str) -> float:
@@ -182,7 +275,7 @@ def seeds_of(by_seed: Mapping[str, Mapping[str, list[float]]] | None) -> int:
 
 
 def _growth(axis: str, figure: str, old: float, new: float) -> str:
-    unit, factor = {**METRIC_UNITS, **POSITION_UNITS}[figure], 1.0
+    unit, factor = GATED[figure], 1.0
     if unit.startswith("rad"):
         unit, factor = f"m{unit}", 1e3
     fraction = f"{100.0 * (new / old - 1.0):.1f} %" if old > 0.0 else "from zero"

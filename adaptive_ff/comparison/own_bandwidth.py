@@ -26,7 +26,7 @@ from adaptive_ff.simulation.metrics import settled_start
 from adaptive_ff.simulation.tracking_errors import WINDOW, tracking_errors
 from controllers import PI
 
-Maker = Callable[[Scenario], Any]
+Maker = Callable[..., Any]
 """Makes a controller, any object with a method ``step``, for a scenario."""
 
 FIRST_TUNING_SEED = 101
@@ -135,8 +135,8 @@ def _squares(scenario: Scenario, maker: Maker, setup: RunSetup | None) -> NDArra
         built = build_setup(scenario) if setup is None else setup
         built = built._replace(outer=scenario.position_loop or NO_POSITION_LOOP)  # its gain may follow the bandwidth
         with np.errstate(over="ignore", invalid="ignore"):
-            record, _ = drive_over(controller, built)
-            squares: NDArray[np.float64] = np.square(built.reference - record.velocity)
+            velocity = drive_over(controller, built).record.velocity
+            squares: NDArray[np.float64] = np.square(built.reference - velocity)
     except (ArithmeticError, ValueError):
         return np.full(scenario.times().size, np.inf)
     return squares if np.isfinite(squares[-1]) else np.full(squares.size, np.inf)

@@ -9,9 +9,8 @@ what friction damps.
 from collections.abc import Mapping
 from typing import Any
 
-from adaptive_ff.comparison.oracle import make_oracle
 from adaptive_ff.comparison.own import Own
-from adaptive_ff.comparison.registry import make_controller
+from adaptive_ff.comparison.registry import make_controller, make_oracle
 from adaptive_ff.comparison.run import Run, simulate
 from adaptive_ff.scenario.scenario import Scenario
 from adaptive_ff.simulation.experiment import RunSetup, build_setup, without_noise

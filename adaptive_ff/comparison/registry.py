@@ -9,7 +9,10 @@ stability.
 import inspect
 import math
 from collections.abc import Callable, Mapping
+from functools import lru_cache, partial
 from typing import Any
+
+from scipy.optimize import minimize_scalar
 
 from adaptive_ff.adaptive.controller import AdaptiveController
 from adaptive_ff.adaptive.tuning import Tuning
@@ -31,19 +34,16 @@ from adaptive_ff.comparison.fixed_models import (
     nominal_presliding,
     response_time,
 )
-from adaptive_ff.comparison.observer_bandwidth import observer_bandwidth
-from adaptive_ff.comparison.oracle import make_oracle, suitable_lag
 from adaptive_ff.comparison.own import Own, make_own
-from adaptive_ff.comparison.own_bandwidth import in_own_loop, plain_pi
-from adaptive_ff.errors import InputError
+from adaptive_ff.comparison.own_bandwidth import TUNING_SEEDS, Maker, in_own_loop, plain_pi, settled_error
+from adaptive_ff.errors import InputError, check_among
 from adaptive_ff.friction.model import WITH_GRAVITY, TorqueModel
 from adaptive_ff.scenario.reference import Multisine
 from adaptive_ff.scenario.scenario import Scenario
-from adaptive_ff.scenario.truth import true_model
-from controllers import DisturbanceObserver, ExtendedState, KalmanDisturbance, SuperTwisting
-
-Maker = Callable[..., Any]
-"""Makes a controller, any object with a method ``step``, for a scenario."""
+from adaptive_ff.scenario.truth import model_changes, true_model
+from adaptive_ff.simulation.experiment import build_setup
+from controllers import DisturbanceObserver, ExtendedState, KalmanDisturbance, ObserverDesign, SuperTwisting
+from controllers.design.observer_design import SLOWEST
 
 Settings = Callable[..., dict[str, Any]]
 """Returns arguments of a controller by name for a scenario."""
@@ -62,6 +62,16 @@ SHORTEST_REPEATS = 3
 
 QUIET = 0.02
 """Least noise that a super-twisting observer is set for, over ``Vs``."""
+
+LARGEST_BEHIND_FILTER = 4.5
+"""Largest maximum sensitivity, for the measured velocity, with which an observer is as fast as for the true one.
+
+With 2 the observers alone are up to 1.7 times worse with a fine encoder and its Kalman filter (``encoder``,
+``positioning``), where they have 3 to 4.1 with their usual bandwidth; without a bound a fast loop oscillates.
+"""
+
+LARGEST_ADDED, RESOLUTION = 2.0, 2e-4
+"""Largest lag that may be added to the oracle's, sampling periods beside 20 ms, and to how many s it is found."""
 
 
 def made_for(scenario: Scenario, kind: Callable[..., Any], **given: Any) -> Any:
@@ -103,15 +113,99 @@ def _model(scenario: Scenario, form: str = "lagged", source: str = "nominal") ->
     return fixed_model(scenario, true_model(scenario), form, source)
 
 
-@made_of(ModelBased)
-def pi_inertia(scenario: Scenario) -> dict[str, Any]:
-    """PI and the torque of the inertia alone."""
-    return {"model": TorqueModel(scenario.feedback.inertia, 0.0, 0.0, 0.0, 0.0, 1.0, 1.0)}
-
-
+made_of(ModelBased, "pi_inertia")(
+    lambda scenario: {"model": TorqueModel(scenario.feedback.inertia, 0.0, 0.0, 0.0, 0.0, 1.0, 1.0)}
+)
 made_of(ModelBased, "fixed")(lambda scenario: {"model": scenario.fixed.model})
+
+
+def make_oracle(scenario: Scenario, added: float = 0.0) -> ModelBased:
+    """Make the feedforward from the true parameters of every moment, with a lag (s) added to the friction lag.
+
+    It knows the true delay of the drive, too, whatever the feedback assumes.
+    """
+
+    def tuned(model: TorqueModel) -> TorqueModel:
+        return model._replace(friction_lag=max(0.0, model.friction_lag + added))
+
+    return ModelBased(
+        *scenario.feedback.gains,
+        scenario.sampling.period,
+        tuned(true_model(scenario)),
+        [(time, tuned(model)) for time, model in model_changes(scenario)],
+        gravity=scenario.joint.weight,
+        ripple=(scenario.actuator.ripple_amplitude, scenario.actuator.ripple_period),
+        delay=scenario.delay,
+        velocity_lag=scenario.velocity_lag,
+    )
+
+
+def suitable_lag(scenario: Scenario) -> float:
+    """Return what added to the true friction lag (s) leaves the least settled error on ``TUNING_SEEDS``.
+
+    The true lag is not the best one for a torque that is held over a sampling period.
+    """
+    return _suitable_lag(scenario.modified(seed=0).model_dump_json(exclude_unset=True))
+
+
+@lru_cache(maxsize=64)
+def _suitable_lag(text: str) -> float:
+    scenario = Scenario.model_validate_json(text)
+    setups = [build_setup(scenario.modified(seed=seed)) for seed in TUNING_SEEDS]
+
+    def error(added: float) -> float:
+        maker = partial(make_oracle, added=float(added))
+        return min(1e300, sum(settled_error(scenario, maker, setup) ** 2 for setup in setups))
+
+    lag = true_model(scenario).friction_lag
+    bounds = (-lag, LARGEST_ADDED * scenario.sampling.period + 0.02)
+    found = minimize_scalar(error, bounds=bounds, method="bounded", options={"xatol": RESOLUTION})
+    return float(found.x) if found.fun < error(0.0) else 0.0
+
+
 CONTROLLERS["oracle"] = make_oracle
 CONTROLLERS["oracle_tuned"] = lambda scenario: make_oracle(scenario, suitable_lag(scenario))
+
+
+def balance(scenario: Scenario) -> float:
+    """Return the frequency (Hz) at which what friction does and what the noise hides balance.
+
+    It is the bandwidth of a Kalman filter for the noise of the measured velocity and for a disturbance that walks by
+    ``Kp Vs``, a torque, in a root of a second; infinite without noise.
+    """
+    noise = scenario.velocity_noise
+    if noise == 0.0:
+        return math.inf
+    walk = scenario.feedback.gains[0] * scenario.adaptation.stribeck_velocity
+    return math.sqrt(walk / (scenario.feedback.inertia * noise * math.sqrt(scenario.sampling.period))) / (2.0 * math.pi)
+
+
+def observer_bandwidth(
+    scenario: Scenario, multiple: float, design: Callable[..., ObserverDesign], *gains: float, bounded: bool = True
+) -> float:
+    """Return a multiple of the balance, Hz, or the most that a maximum sensitivity of 2 allows where that is less.
+
+    ``design`` is the observer's, with the gains that it takes. Where an encoder's velocity leaves the loop with a
+    maximum sensitivity beyond :data:`LARGEST_BEHIND_FILTER` it is less, and where the PI loop itself has more, it is
+    the slowest that a design looks at; not bounded so is an observer that knows its lag.
+    """
+    inertia, period = scenario.feedback.inertia, scenario.sampling.period
+    delay = math.ceil(scenario.assumed_delay - 1e-6)
+    try:
+        largest = design(inertia, period, *gains, delay=delay).bandwidth
+    except ValueError as error:
+        raise InputError(f"feedback: {error}") from error
+    bandwidth = min(multiple * balance(scenario), largest)
+    if scenario.sensor.encoder_resolution is None or not bounded:
+        return bandwidth
+    measured = {"delay": delay, "velocity": scenario.velocity_estimator}
+    if design(inertia, period, *gains, bandwidth, **measured).maximum_sensitivity <= LARGEST_BEHIND_FILTER:
+        return bandwidth
+    try:
+        slower = design(inertia, period, *gains, maximum_sensitivity=LARGEST_BEHIND_FILTER, **measured).bandwidth
+    except ValueError:
+        slower = SLOWEST * gains[0] / (2.0 * math.pi * inertia)
+    return min(bandwidth, slower)
 
 
 @made_of(DisturbanceObserver)
@@ -142,12 +236,7 @@ def observed_nominal(scenario: Scenario, multiple: float = 0.28, source: str = "
     return {"model": _model(scenario, source=source), **disturbance_observer(scenario, multiple)}
 
 
-@made_of(ObservedModel)
-def observed_batch(scenario: Scenario, multiple: float = 0.1) -> dict[str, Any]:
-    """Observer around a feedforward identified in a calibration run."""
-    return observed_nominal(scenario, multiple, "batch")
-
-
+made_of(ObservedModel, "observed_batch")(lambda scenario, multiple=0.1: observed_nominal(scenario, multiple, "batch"))
 made_of(PaperController, "adaptive_paper")(lambda scenario: {"memory": scenario.adaptation.memory or PAPER_MEMORY})
 
 
@@ -290,11 +379,8 @@ def loop_of(scenario: Scenario, name: str, own: Mapping[str, Own] | None = None)
     An own controller (of ``own``, by name) has that of PI.
     """
     own = own or {}
-    if name in own:
-        return in_own_loop(scenario, CONTROLLERS["pi"])
-    if name not in CONTROLLERS:
-        raise InputError(f"controllers = {name!r} is not known; there are {', '.join([*CONTROLLERS, *own])}")
-    return in_own_loop(scenario, CONTROLLERS[name])
+    check_among("controllers = ", name, [*CONTROLLERS, *own])
+    return in_own_loop(scenario, CONTROLLERS["pi" if name in own else name])
 
 
 def make_for_machine(scenario: Scenario, name: str) -> Any:
@@ -303,10 +389,9 @@ def make_for_machine(scenario: Scenario, name: str) -> Any:
     In a comparison the simulated drive reports what it gave; a machine may not. A scenario need not have a limit: one
     that is identified from a log has none.
     """
-    if name == "adaptive":
-        limit = scenario.actuator.torque_limit
-        return make_adaptive(loop_of(scenario, name), **({} if limit is None else {"torque_limit": limit}))
-    return make_controller(scenario, name)
+    limit = scenario.actuator.torque_limit
+    known = {"torque_limit": limit} if name == "adaptive" and limit is not None else {}
+    return CONTROLLERS[name](loop_of(scenario, name), **known)
 
 
 def make_controller(scenario: Scenario, name: str, own: Mapping[str, Own] | None = None) -> Any:

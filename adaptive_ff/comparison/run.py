@@ -17,7 +17,7 @@ from adaptive_ff.comparison.running import Drive, check_progress, drive_over
 from adaptive_ff.errors import InputError, check_kind
 from adaptive_ff.reported import Reported
 from adaptive_ff.scenario.scenario import Scenario, check_scenario
-from adaptive_ff.simulation.experiment import Record, RunSetup, build_setup
+from adaptive_ff.simulation.experiment import RunSetup, build_setup
 from adaptive_ff.simulation.metrics import Metrics, PositionMetrics, evaluate, evaluate_position
 from controllers import Controller
 from controllers.arrays import NDArray
@@ -219,12 +219,11 @@ def simulate(
         marks.append((0, controller.uncertainties))
     if thin is None:
         thin = max(1, math.ceil((setup.reference.size - 1) / MOST_STEPS))
-    record, drive = drive_over(controller, setup, reports, MARKS if noting else 1)
-    run = _run(name or type(controller).__name__, scenario, setup, thin, record, drive)
+    drive = drive_over(controller, setup, reports, MARKS if noting else 1)
+    run = _run(name or type(controller).__name__, scenario, drive, thin)
     if marks:
         uncertainties = {key: np.array([known[key] for _, known in marks]) for key in marks[0][1]}
-        times = _times(setup, [sample for sample, _ in marks])
-        run = replace(run, uncertainties=uncertainties, uncertainty_time=times)
+        run = replace(run, uncertainties=uncertainties, uncertainty_time=_times(setup, [at for at, _ in marks]))
     return replace(run, friction_map=controller.learnt_map) if isinstance(controller, AdaptiveController) else run
 
 
@@ -233,8 +232,9 @@ def _times(setup: RunSetup, samples: Any) -> NDArray[np.float64]:
     return np.asarray(setup.samples[samples] * setup.solver_period, dtype=np.float64)
 
 
-def _run(name: str, scenario: Scenario, setup: RunSetup, thin: int, record: Record, drive: Drive) -> Run:
+def _run(name: str, scenario: Scenario, drive: Drive, thin: int) -> Run:
     """Return a run with its series and figures; ``ArithmeticError`` where it did not stay finite."""
+    setup, record = drive.setup, drive.record
     change, period = scenario.last_change, setup.solver_period
     position_error, position_metrics = None, None
     with np.errstate(over="ignore", invalid="ignore"):
@@ -260,8 +260,8 @@ def _run(name: str, scenario: Scenario, setup: RunSetup, thin: int, record: Reco
         record.friction[kept],
         {key: record.estimates[kept, i] for i, key in enumerate(drive.names)},
         metrics,
-        position_error=None if position_error is None else position_error[grid],
-        position_metrics=position_metrics,
-        monitors={key: record.monitors[kept, i] for i, key in enumerate(drive.watched)},
+        None if position_error is None else position_error[grid],
+        position_metrics,
+        {key: record.monitors[kept, i] for i, key in enumerate(drive.watched)},
         thin=thin,
     )

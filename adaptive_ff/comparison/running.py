@@ -7,8 +7,8 @@ from functools import partial
 from typing import Any
 
 from adaptive_ff.comparison.own import own_controller, step_own, write_own_estimates
-from adaptive_ff.simulation.experiment import Record, RunSetup, empty_record, with_preview
-from adaptive_ff.simulation.loop import Position, run_controller, run_in_memory, run_plain, start_position
+from adaptive_ff.simulation.experiment import RunSetup, empty_record, with_preview
+from adaptive_ff.simulation.loop import run_controller, run_in_memory, run_plain, start_position
 from controllers import CalledBack, Controller
 from controllers.compiled import compiles
 from controllers.interface import feedback_state
@@ -18,9 +18,12 @@ PART = 20_000
 
 
 class Drive:
-    """A controller on its way through a setup, in the state of the last sample; names of its estimates and monitors."""
+    """A controller on its way through a setup, whose plan it knows by the delay that it reckons with; and its record.
 
-    def __init__(self, controller: Any) -> None:
+    ``names`` and ``watched`` are those of its estimates and monitors.
+    """
+
+    def __init__(self, controller: Any, setup: RunSetup) -> None:
         self.registered = isinstance(controller, Controller)
         self.controller: Any = controller if self.registered else own_controller(controller)
         self._called: CalledBack | None = None
@@ -29,60 +32,46 @@ class Drive:
             self._called = CalledBack(partial(step_own, self.controller), writes)
         self.names: tuple[str, ...] = self.controller.estimate_names
         self.watched: tuple[str, ...] = controller.monitor_names if self.registered else ()
-
-    def empty_record(self, setup: RunSetup) -> Record:
-        """Return the series of a run over a setup, to be filled in."""
-        return empty_record(setup, len(self.names), len(self.watched))
-
-    def previewed(self, setup: RunSetup) -> RunSetup:
-        """Return a setup with the plan for when torques act by the delay that the controller reckons with."""
-        if not self.registered:
-            return setup
-        return with_preview(setup, feedback_state(self.controller.parameters).delay * self.controller.period)
-
-    def advance(self, setup: RunSetup, position: Position, stop: int, record: Record) -> Position:
-        """Run from a position to a sample and fill the record; return the position there."""
         if self.registered:
-            return run_controller(self.controller, setup, position, stop, record)
-        if self._called is None:
-            return run_plain(self.controller, None, setup, position, stop, record)[1]
-        position = run_in_memory(self._called.addresses, 0, setup, position, stop, record)[1]
-        self._called.check()
-        return position
+            setup = with_preview(setup, feedback_state(controller.parameters).delay * controller.period)
+        self.setup, self.position = setup, start_position(setup)
+        self.record = empty_record(setup, len(self.names), len(self.watched))
+
+    def advance(self, stop: int) -> None:
+        """Run to a sample and fill the record."""
+        on_the_way = self.setup, self.position, stop, self.record
+        if self.registered:
+            self.position = run_controller(self.controller, *on_the_way)
+        elif self._called is None:
+            self.position = run_plain(self.controller, None, *on_the_way)[1]
+        else:
+            self.position = run_in_memory(self._called.addresses, 0, *on_the_way)[1]
+            self._called.check()
 
 
 def drive_over(
     controller: Any, setup: RunSetup, reports: Callable[[int, int], None] | None = None, parts: int = 1
-) -> tuple[Record, Drive]:
-    """Run a controller over a setup; return the series and what drove it; it ends in the state at the end.
+) -> Drive:
+    """Run a controller over a setup; it ends in the state at the end.
 
     After each part, of which there are ``parts`` at least, ``reports`` is called with the samples done and those of the
     whole run.
     """
-    drive = Drive(controller)
-    setup = drive.previewed(setup)
-    record, position = drive.empty_record(setup), start_position(setup)
-    count = setup.noise.size
+    drive, count = Drive(controller, setup), setup.noise.size
     part = min(PART, max(1, count // parts))
     for stop in [*range(part, count, part), count]:
-        position = drive.advance(setup, position, stop, record)
+        drive.advance(stop)
         if reports is not None:
             reports(stop, count)
-    return record, drive
+    return drive
 
 
 def compile_together(controllers: Iterable[Any], setup: RunSetup) -> None:
     """Compile what the runs of controllers over a setup need, on all processors at once: runs of no sample do it."""
-
-    def begin(controller: Any) -> None:
-        drive = Drive(copy.deepcopy(controller))
-        built = drive.previewed(setup)
-        drive.advance(built, start_position(built), 0, drive.empty_record(built))
-
     if compiles():
         own = [each for each in controllers if isinstance(each, Controller)]
         with ThreadPoolExecutor(max(1, len(own))) as pool:  # most wait for a compiler, or for another one's kernels
-            list(pool.map(begin, own))
+            list(pool.map(lambda each: Drive(copy.deepcopy(each), setup).advance(0), own))
 
 
 def check_progress(progress: Any) -> None:

@@ -18,8 +18,7 @@ from adaptive_ff.report.tables import (
     standstill_table,
 )
 from adaptive_ff.scenario.file import to_toml
-from adaptive_ff.studies.matrix import Results, cell_scenario
-from adaptive_ff.studies.ranking import collect
+from adaptive_ff.studies.matrix import Results, cell_scenario, collect
 
 TITLES = {
     False: "Settled rms error: improvement over pi, median over seeds",

@@ -15,10 +15,9 @@ from adaptive_ff.scenario.library import grouped
 from adaptive_ff.scenario.loop import load_step
 from adaptive_ff.scenario.truth import last_model, true_waves
 from adaptive_ff.studies.bandwidth_study import BandwidthStudy
-from adaptive_ff.studies.drawn_joints import CLASSES, HUNTING
-from adaptive_ff.studies.matrix import Results
+from adaptive_ff.studies.matrix import OURS, Cells, Results, collect, mean_gain
 from adaptive_ff.studies.motion import Excitation
-from adaptive_ff.studies.ranking import OURS, Cells, collect, mean_gain
+from adaptive_ff.studies.sweep import CLASSES, HUNTING
 
 IMPROVEMENT = "over pi"
 """Heading of the error of PI over that of the controller."""

@@ -19,8 +19,7 @@ from adaptive_ff.identify.scenario_text import scenario_text
 from adaptive_ff.scenario.scenario import Scenario
 from adaptive_ff.studies.bandwidth_study import REPORTED_SEEDS, BandwidthStudy, study_bandwidths
 from adaptive_ff.studies.exciting_motion import exciting_motion, with_motion
-from adaptive_ff.studies.information import Array
-from adaptive_ff.studies.motion import Excitation, MotionLimits
+from adaptive_ff.studies.motion import Array, Excitation, MotionLimits
 
 PERIODS = 6
 """Periods of the motion that are recorded: identification chooses among models, and holds a quarter out."""

@@ -26,9 +26,17 @@ from adaptive_ff.learning.batch import identify_torque_form
 from adaptive_ff.scenario.plausibility import PEAK_FACTOR, USED_FRACTION
 from adaptive_ff.scenario.reference import Multisine
 from adaptive_ff.scenario.scenario import Scenario
-from adaptive_ff.studies.information import GATE_FRACTION, NAMES, Array, AssumedJoint, information, interval_sizes
-from adaptive_ff.studies.motion import Excitation, MotionLimits
-from adaptive_ff.studies.motion_search import MotionSearch
+from adaptive_ff.studies.motion import (
+    GATE_FRACTION,
+    NAMES,
+    Array,
+    AssumedJoint,
+    Excitation,
+    MotionLimits,
+    MotionSearch,
+    information,
+    interval_sizes,
+)
 from adaptive_ff.studies.study import Found, run_study
 from adaptive_ff.workers import part_of_progress
 

@@ -1,13 +1,139 @@
-"""A motion for identification, and the limits that it keeps."""
+"""A motion for identification: its limits, its information, and the search for one by that.
+
+*Information* is that of a joint while it slides, ``u = J w' + F(w) - tau dF/dw w'``, along a periodic motion that is
+followed exactly; it gives the intervals that the parameters would have, up to a common factor. Each sample counts by
+how far it passes the gate that identification has: the joint must have slid one way, faster than a fraction of the
+Stribeck velocity, for a while. Everything is smooth in the motion.
+
+*Search*: all limits are linear in the coefficients of a Fourier series. A direction in their space is scaled until the
+first limit is reached, and only directions are searched: every motion that is looked at keeps all limits. What is made
+small is the largest interval, each over one that it is measured by, so that no parameter is given up for others.
+"""
 
 import math
 from dataclasses import dataclass
-from typing import Any
+from functools import cached_property
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import null_space
+from scipy.optimize import minimize
+from scipy.special import logsumexp
 
+from adaptive_ff.errors import InputError
 from adaptive_ff.scenario.waves import Fourier
-from adaptive_ff.studies.information import Array
+
+Array = NDArray[np.float64]
+
+NAMES = ("inertia", "coulomb", "stiction", "viscous", "friction_lag")
+"""Parameters whose intervals are given."""
+
+GATE_FRACTION = 0.4
+"""Speed of the gate of the identification over the Stribeck velocity."""
+
+GATE_WIDTH = 0.1
+"""Width of its smooth edge, in Stribeck velocities."""
+
+SIGN_FRACTION = 0.1
+"""Speed over the Stribeck velocity at which a smooth sign turns."""
+
+SMALLEST = 1e-12
+"""Added to the scaled information, so that a parameter without information has a finite, huge interval."""
+
+GRID_PER_CYCLE = 25
+"""Points of the grid of times in the shortest cycle of the series."""
+
+FINE_PER_CYCLE = 200
+"""The same on which the limits are kept in the end."""
+
+SHARPNESS = 40.0
+"""Exponent of the norm that stands for the largest value while searching: smooth, and at most some 15 % more."""
+
+EVENNESS = 12.0
+"""The same for the largest interval."""
+
+STEP = 1e-6
+"""Step of difference quotients, over the size of the coefficients."""
+
+ITERATIONS = 60
+"""Iterations of one search."""
+
+PLATEAUS = ((0.45, 0.7, 0.32), (0.9, 1.4, 0.21), (3.0, 6.0, 0.43))
+"""Speeds over the Stribeck velocity, from and to, and fractions of the time, of the plateaus of a start.
+
+Were every sample free of the others, the most informative measure over speeds would have its weight there and, for some
+5 % of the time, at the limit.
+"""
+
+
+class AssumedJoint(NamedTuple):
+    """What is assumed of a joint before it is identified; a motion is planned with it."""
+
+    inertia: float  # inertia, kg m^2
+    # Coulomb friction and stiction, N m
+    coulomb: float
+    stiction: float
+    viscous: float  # viscous coefficient, N m s/rad
+    stribeck_velocity: float  # stribeck velocity, rad/s
+    hold: float  # for how long the joint must have slid before identification uses a sample, s
+    stribeck_shape: float = 1.0  # exponent of the Stribeck curve
+
+
+def information(joint: AssumedJoint, velocity: Array, step: float) -> Array:
+    """Return the information matrices of periodic motions (rad/s), shape (m, n), on a grid of times with a step (s).
+
+    Of shape (m, 5, 5), of the parameters ``NAMES``, each over a size of its own, for noise of unit density.
+    """
+    bend = joint.stribeck_velocity
+    scaled, shape = np.abs(velocity) / bend, joint.stribeck_shape
+    sign, falling = np.tanh(velocity / (SIGN_FRACTION * bend)), np.exp(-(scaled**shape))
+    derive = 2j * np.pi * np.fft.rfftfreq(velocity.shape[-1], step)
+    spectrum = np.fft.rfft(velocity, axis=-1)
+    acceleration = np.fft.irfft(derive * spectrum, velocity.shape[-1], axis=-1)
+    steepness = shape * np.maximum(scaled, SIGN_FRACTION) ** (shape - 1.0) / bend
+    slope = joint.viscous - (joint.stiction - joint.coulomb) * steepness * falling
+    unit = max(joint.stiction, joint.inertia * bend / joint.hold)
+    rows = np.stack(
+        [
+            joint.inertia * acceleration,
+            unit * sign * (1.0 - falling),
+            unit * sign * falling,
+            unit / bend * velocity,
+            joint.hold * slope * acceleration,
+        ],
+        axis=-1,
+    )
+    weighted = rows * _passing(joint, velocity, step)[..., None]
+    found: Array = np.swapaxes(weighted, -1, -2) @ rows * step
+    return found
+
+
+def interval_sizes(found: Array) -> Array:
+    """Return the sizes of the intervals of the parameters, shape (m, 5), from information matrices, shape (m, 5, 5)."""
+    trace = np.trace(found, axis1=-2, axis2=-1)[..., None, None]
+    try:
+        inverse = np.linalg.inv(found + SMALLEST * trace * np.eye(len(NAMES)))
+    except np.linalg.LinAlgError as error:
+        raise InputError(
+            "the motion is too small to show anything of the joint; allow a larger position, velocity or acceleration"
+        ) from error
+    sizes: Array = np.sqrt(np.diagonal(inverse, axis1=-2, axis2=-1))
+    return sizes
+
+
+def _passing(joint: AssumedJoint, velocity: Array, step: float) -> Array:
+    """Return by how much each sample passes the gate, from 0 to 1, shape (m, n)."""
+    bend = joint.stribeck_velocity
+    fast = 1.0 / (1.0 + np.exp(-(np.abs(velocity) / bend - GATE_FRACTION) / GATE_WIDTH))
+    passing = fast
+    longest = max(1, round(joint.hold / step))
+    for back in sorted({max(1, longest // 3), max(1, 2 * longest // 3), longest}):
+        before = np.roll(velocity, back, axis=-1)
+        one_way = 0.5 + 0.5 * np.tanh(velocity * before / (0.5 * SIGN_FRACTION * bend**2))
+        passing = passing * np.roll(fast, back, axis=-1) * one_way
+    found: Array = passing
+    return found
 
 
 @dataclass(frozen=True)
@@ -68,3 +194,120 @@ class Series(dict[str, Array]):
             velocity=np.hstack([cosine, sine]),
             acceleration=np.hstack([-sine * turns, cosine * turns]),
         )
+
+
+class MotionSearch:
+    """The Fourier series of a period and a largest frequency that keep the limits of a joint."""
+
+    def __init__(self, joint: AssumedJoint, limits: MotionLimits, period: float, harmonics: int) -> None:
+        self.joint, self.limits, self.period, self.harmonics = joint, limits, period, harmonics
+        count = harmonics * GRID_PER_CYCLE
+        self._time: Array = np.arange(count) * period / count
+        series = Series(period, harmonics, self._time)
+        # at rest at the start, with no acceleration: two equations between the coefficients
+        self._free = null_space(np.vstack([series["velocity"][0], series["acceleration"][0]]))
+        self._velocity = series["velocity"] @ self._free
+        self._bounds = _bounds(series, joint, limits) @ self._free
+
+    def random_start(self, generator: np.random.Generator) -> Array:
+        """Return a direction with all frequencies, the slow ones more."""
+        drawn = generator.standard_normal(2 * self.harmonics)
+        return _unit(self._free.T @ (drawn / np.sqrt(np.tile(np.arange(1, self.harmonics + 1), 2))))
+
+    def plateau_start(self, generator: np.random.Generator) -> Array:
+        """Return the direction of a motion that dwells at the speeds ``PLATEAUS`` one way, and goes back fast."""
+        bend, burst = self.joint.stribeck_velocity, generator.uniform(0.3, 1.0) * self.limits.velocity
+        order = generator.permutation(len(PLATEAUS))
+        speeds = np.array([generator.uniform(low, high) for low, high, _ in PLATEAUS])[order] * bend
+        fractions = np.array([fraction for _, _, fraction in PLATEAUS])[order] * generator.uniform(
+            0.7, 1.3, len(PLATEAUS)
+        )
+        fractions /= fractions.sum()
+        mean, back = float(speeds @ fractions), 2.0 / math.pi * burst  # of half a sine
+        forth = self.period * back / (mean + back)
+        edges = forth * np.cumsum(fractions)
+        wanted = speeds[np.minimum(np.searchsorted(edges, self._time, side="right"), len(PLATEAUS) - 1)]
+        fast = self._time >= forth
+        wanted[fast] = -burst * np.sin(math.pi * (self._time[fast] - forth) / (self.period - forth))
+        return _unit(np.linalg.lstsq(self._velocity, wanted, rcond=None)[0])
+
+    def search(self, start: Array, measure: Array) -> Array:
+        """Return a direction whose largest interval over a measure is less than that of the start."""
+        reference = np.log(measure)
+
+        def cost(directions: Array) -> Array:
+            sizes = self._sizes(directions) - reference
+            value: Array = np.asarray(logsumexp(EVENNESS * sizes, axis=-1) / EVENNESS)
+            return value
+
+        def cost_and_slope(direction: Array) -> tuple[float, Array]:
+            step = STEP * float(np.linalg.norm(direction))
+            values = cost(np.vstack([direction, direction + step * np.eye(direction.size)]))
+            return float(values[0]), (values[1:] - values[0]) / step
+
+        found = minimize(cost_and_slope, start, jac=True, method="BFGS", options={"maxiter": ITERATIONS})
+        return _unit(found.x)
+
+    def direction(self, motion: Excitation) -> Array:
+        """Return the direction of a motion."""
+        return _unit(self._free.T @ np.array([*motion.reference.cosines, *motion.reference.sines]))
+
+    def sizes(self, direction: Array) -> Array:
+        """Return the interval of each parameter by information, shape (5,)."""
+        return np.asarray(np.exp(self._sizes(direction[None, :])[0]))
+
+    def motion(self, direction: Array, measure: Array) -> Excitation:
+        """Return the motion of a direction, which keeps the limits between the points of the grid as well."""
+        limits, joint, harmonics = self.limits, self.joint, self.harmonics
+        fine, free = self._fine, self._free @ direction
+        on_grid = float(np.max(np.abs(self._fine_bounds @ free)))
+        # between the points a trigonometric polynomial is larger by no more than this (H. Ehlich, K. Zeller, 1964)
+        coefficients = free * math.cos(math.pi / FINE_PER_CYCLE) / on_grid
+        # decimals that a person reads; rounded towards zero, so that no limit is passed
+        coefficients = np.trunc(coefficients * 1e9 / limits.velocity) * limits.velocity / 1e9
+        motion = {name: fine[name] @ coefficients for name in ("position", "velocity", "acceleration")}
+        torque = np.abs(joint.inertia * motion["acceleration"] + joint.viscous * motion["velocity"]) + joint.stiction
+        largest = {name: float(np.max(np.abs(values))) for name, values in {**motion, "torque": torque}.items()}
+        cosines, sines = coefficients[:harmonics].tolist(), coefficients[harmonics:].tolist()
+        reference = Fourier(kind="fourier", period=self.period, cosines=cosines, sines=sines)
+        sizes = self.sizes(direction) / measure
+        return Excitation(reference, limits, largest, dict(zip(NAMES, sizes.tolist(), strict=True)))
+
+    @cached_property
+    def _fine(self) -> Series:
+        count = self.harmonics * FINE_PER_CYCLE
+        return Series(self.period, self.harmonics, np.arange(count) * self.period / count)
+
+    @cached_property
+    def _fine_bounds(self) -> Array:
+        return _bounds(self._fine, self.joint, self.limits)
+
+    def _sizes(self, directions: Array) -> Array:
+        scaled = directions / _smooth_largest(directions @ self._bounds.T)[:, None]
+        found = information(self.joint, scaled @ self._velocity.T, float(self._time[1]))
+        return np.log(interval_sizes(found))
+
+
+def _unit(direction: Array) -> Array:
+    return np.asarray(direction / np.linalg.norm(direction))
+
+
+def _bounds(series: Series, joint: AssumedJoint, limits: MotionLimits) -> Array:
+    """Return the matrix that gives what must stay between -1 and 1, shape (rows, coefficients)."""
+    rows = [series["velocity"] / limits.velocity]
+    if limits.position is not None:
+        rows.append(series["position"] / limits.position)
+    if limits.acceleration is not None:
+        rows.append(series["acceleration"] / limits.acceleration)
+    if limits.torque is not None:  # friction takes at most stiction and the viscous torque
+        needed = joint.inertia * series["acceleration"] + joint.viscous * series["velocity"]
+        rows.append(needed / (limits.torque - joint.stiction))
+    return np.vstack(rows)
+
+
+def _smooth_largest(values: Array) -> Array:
+    """Return about the largest size of each row, which is smooth in the values and not less."""
+    sizes = np.abs(values)
+    largest = np.max(sizes, axis=-1)
+    beyond = np.sum((sizes / largest[:, None]) ** SHARPNESS, axis=-1) ** (1.0 / SHARPNESS)
+    return np.asarray(largest * beyond)

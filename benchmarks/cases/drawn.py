@@ -13,7 +13,7 @@ import numpy as np
 from pydantic import ValidationError
 
 from adaptive_ff import Scenario, load_scenario, simulate
-from adaptive_ff.studies.drawn_joints import class_of, draw_scenario, fall_over_gain
+from adaptive_ff.studies.sweep import class_of, draw_scenario, fall_over_gain
 from benchmarks.running import scenario_case
 from benchmarks.suite import Case
 

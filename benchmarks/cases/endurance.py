@@ -16,8 +16,8 @@ from adaptive_ff import Run, Scenario, load_scenario, simulate
 from adaptive_ff.comparison.registry import make_adaptive
 from adaptive_ff.simulation.experiment import build_plain_setup
 from adaptive_ff.simulation.metrics import rms
-from adaptive_ff.studies.drawn_joints import draw_scenario
 from adaptive_ff.studies.study import Found
+from adaptive_ff.studies.sweep import draw_scenario
 from benchmarks.suite import Case
 from plant import FrictionChange, schedule
 

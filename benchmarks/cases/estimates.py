@@ -7,8 +7,8 @@ from typing import Any
 from adaptive_ff import Scenario, load_scenario, simulate
 from adaptive_ff.comparison.registry import make_controller
 from adaptive_ff.scenario.truth import true_model
-from adaptive_ff.studies.drawn_joints import draw_scenario
 from adaptive_ff.studies.study import Found
+from adaptive_ff.studies.sweep import draw_scenario
 from benchmarks.suite import Case
 
 COMPARED = ("inertia", "coulomb", "stiction", "viscous", "friction_lag")

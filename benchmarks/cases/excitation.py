@@ -8,7 +8,7 @@ from functools import partial
 
 from adaptive_ff import load_scenario
 from adaptive_ff.studies.exciting_motion import default_limits, exciting_motion, interval_widths, with_motion, yardstick
-from adaptive_ff.studies.information import NAMES
+from adaptive_ff.studies.motion import NAMES
 from adaptive_ff.studies.study import Found
 from benchmarks.suite import Case
 

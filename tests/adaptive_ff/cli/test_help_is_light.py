@@ -10,8 +10,8 @@ import pytest
 
 import adaptive_ff
 from adaptive_ff.cli import identify, options, replay
-from adaptive_ff.comparison.baseline import GATED
 from adaptive_ff.comparison.fixed_models import FORMS, SOURCES
+from adaptive_ff.comparison.gate import GATED
 from adaptive_ff.comparison.registry import CONTROLLERS, FIXED
 from adaptive_ff.identify.identification import identify_log
 from adaptive_ff.replay.replay import replay_log

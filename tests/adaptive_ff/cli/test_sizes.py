@@ -14,8 +14,7 @@ from adaptive_ff.scenario.library import scenario_names
 from adaptive_ff.scenario.loop import tried_bandwidths
 from adaptive_ff.studies import bandwidth_study, exciting_motion
 from adaptive_ff.studies.exciting_motion import find_excitations, polished
-from adaptive_ff.studies.matrix import Job
-from adaptive_ff.studies.ranking import collect
+from adaptive_ff.studies.matrix import Job, collect
 
 WIDTH, HEIGHT = 80, 30
 

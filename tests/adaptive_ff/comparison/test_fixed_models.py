@@ -94,11 +94,11 @@ def test_what_is_identified_is_possible_even_where_what_is_told_is_wrong(form):
 
 
 def test_a_calibration_serves_all_forms_of_a_scenario(monkeypatch):
-    from adaptive_ff.comparison import calibration
+    from adaptive_ff.comparison import fixed_models
 
     counted = []
-    original = calibration.build_setup
-    monkeypatch.setattr(calibration, "build_setup", lambda scenario: counted.append(1) or original(scenario))
+    original = fixed_models.build_setup
+    monkeypatch.setattr(fixed_models, "build_setup", lambda scenario: counted.append(1) or original(scenario))
     scenario = SCENARIO.modified(seed=555)
     for form in ("coulomb", "stribeck", "coulomb", "lagged", "lagged"):
         model(form, "batch", scenario)

@@ -17,7 +17,7 @@ from adaptive_ff import (
     read_baseline,
     regressions,
 )
-from adaptive_ff.comparison.baseline import scenario_differences
+from adaptive_ff.comparison.gate import scenario_differences
 from adaptive_ff.scenario.reference import Recorded
 from adaptive_ff.simulation.metrics import METRIC_UNITS
 

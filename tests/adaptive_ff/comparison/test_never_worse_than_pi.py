@@ -4,7 +4,7 @@ import pytest
 from nightly import sampled
 
 from adaptive_ff import load_scenario
-from adaptive_ff.studies.drawn_joints import draw_scenario, fall_over_gain
+from adaptive_ff.studies.sweep import draw_scenario, fall_over_gain
 from adaptive_ff.studies.tracking import track_scenario
 from benchmarks.cases.drawn import draw_cascade, draw_elastic, draw_machine, draw_resting
 from benchmarks.cases.situations import named_scenario

@@ -53,9 +53,9 @@ def test_each_controller_is_given_the_plan_for_the_delay_that_it_reckons_with():
     """All but the oracle reckon with the one that the scenario tells, here none."""
     scenario = load_scenario(SCENARIOS / "delay_unknown.toml")
     setup = build_setup(scenario)
-    assert Drive(make("adaptive", scenario)).previewed(setup) is setup
+    assert Drive(make("adaptive", scenario), setup).setup is setup
     assert setup.lead == 0
-    seen = Drive(make("oracle", scenario)).previewed(setup)
+    seen = Drive(make("oracle", scenario), setup).setup
     assert seen.lead == round(scenario.actuator.delay / setup.solver_period) > 0
     later = setup.samples + seen.lead
     inside = later < setup.reference.size

@@ -5,8 +5,7 @@ import math
 import pytest
 from closed_loops import SCENARIO
 
-from adaptive_ff.comparison.observer_bandwidth import balance
-from adaptive_ff.comparison.registry import CONTROLLERS
+from adaptive_ff.comparison.registry import CONTROLLERS, balance
 from controllers import DisturbanceObserver, ExtendedState, KalmanDisturbance
 
 NAMES = ["disturbance_observer", "extended_state", "kalman_disturbance"]

@@ -16,8 +16,17 @@ from adaptive_ff.scenario.file import to_toml
 from adaptive_ff.scenario.library import SCENARIOS
 from adaptive_ff.scenario.scenario import parse_scenario
 from adaptive_ff.studies import sweep as studies
-from adaptive_ff.studies.drawn_joints import draw_scenario, drawn_joint, needed_torque
-from adaptive_ff.studies.sweep import QUANTITIES, Outcome, quantities, refusals, summary, sweep
+from adaptive_ff.studies.sweep import (
+    QUANTITIES,
+    Outcome,
+    draw_scenario,
+    drawn_joint,
+    needed_torque,
+    quantities,
+    refusals,
+    summary,
+    sweep,
+)
 from plant import JointModel, whole_multiple
 
 SHORT = load_scenario().modified(duration=4.0, sweep={"velocity_noise": [0.0, 0.001]})

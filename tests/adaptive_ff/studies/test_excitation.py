@@ -24,9 +24,7 @@ from adaptive_ff.studies.exciting_motion import (
     with_motion,
     yardstick,
 )
-from adaptive_ff.studies.information import NAMES, AssumedJoint, information, interval_sizes
-from adaptive_ff.studies.motion import MotionLimits
-from adaptive_ff.studies.motion_search import MotionSearch
+from adaptive_ff.studies.motion import NAMES, AssumedJoint, MotionLimits, MotionSearch, information, interval_sizes
 
 JOINT = AssumedJoint(20.0, 60.0, 90.0, 80.0, 0.05, 0.1)
 ONES = np.ones(len(NAMES))

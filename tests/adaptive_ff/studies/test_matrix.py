@@ -15,16 +15,17 @@ from adaptive_ff.report.tables import gains_table, ranking_table
 from adaptive_ff.scenario.library import GROUPS, SCENARIOS, grouped, scenario_names
 from adaptive_ff.simulation.metrics import rms
 from adaptive_ff.studies import matrix
-from adaptive_ff.studies.drawn_joints import fall_over_gain
 from adaptive_ff.studies.matrix import (
     Job,
     cell_scenario,
+    collect,
     further_figures,
     run_job,
     run_matrix,
+    verdict,
     with_fastest_loop,
 )
-from adaptive_ff.studies.ranking import collect, verdict
+from adaptive_ff.studies.sweep import fall_over_gain
 from adaptive_ff.studies.tracking import run_errors
 from controllers import fastest_bandwidth
 

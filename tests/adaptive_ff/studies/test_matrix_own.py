@@ -11,8 +11,7 @@ from adaptive_ff.report.study_pictures import column_groups
 from adaptive_ff.report.tables import gains_table
 from adaptive_ff.scenario.library import SCENARIOS
 from adaptive_ff.studies import matrix
-from adaptive_ff.studies.matrix import Job, cell_scenario, run_matrix
-from adaptive_ff.studies.ranking import collect
+from adaptive_ff.studies.matrix import Job, cell_scenario, collect, run_matrix
 
 SOURCE = """
 class Mine:

@@ -7,7 +7,7 @@ import pytest
 from scipy.signal import lfilter
 
 from adaptive_ff import load_scenario
-from adaptive_ff.comparison.observer_bandwidth import observer_bandwidth
+from adaptive_ff.comparison.registry import observer_bandwidth
 from controllers import (
     DisturbanceObserver,
     ExtendedState,
