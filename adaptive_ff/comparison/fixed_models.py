@@ -20,15 +20,13 @@ from collections.abc import Callable
 from functools import lru_cache
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.optimize import minimize_scalar, nnls
 
 from adaptive_ff.comparison.own_bandwidth import plain_pi
 from adaptive_ff.comparison.running import drive_over
 from adaptive_ff.friction.bounds import largest_lag
 from adaptive_ff.friction.model import TorqueModel, model_friction
-from adaptive_ff.identify.identification import identify_log
-from adaptive_ff.logs.log import Log
 from adaptive_ff.scenario.scenario import Scenario
 from adaptive_ff.simulation.experiment import RunSetup, build_setup, without_noise
 from plant import ElastoPlasticJoint, Gravity, JointModel, LuGreJoint, MaxwellJoint, RollingJoint, schedule
@@ -65,7 +63,7 @@ def coulomb_form(model: TorqueModel, reference: NDArray[np.float64]) -> TorqueMo
         return model._replace(stiction=model.coulomb, friction_lag=0.0)
     speeds = np.quantile(moving, (np.arange(SPEEDS) + 0.5) / SPEEDS)
     friction = np.array([model_friction(model, float(speed)) for speed in speeds])
-    (coulomb, viscous), _ = nnls(np.column_stack([np.ones_like(speeds), speeds]), friction)
+    (coulomb, viscous), _ = scipy.optimize.nnls(np.column_stack([np.ones_like(speeds), speeds]), friction)
     return model._replace(coulomb=float(coulomb), stiction=float(coulomb), viscous=float(viscous), friction_lag=0.0)
 
 
@@ -99,6 +97,10 @@ def batch_source(scenario: Scenario, _: TorqueModel) -> TorqueModel:
 @lru_cache(maxsize=32)
 def _identified(text: str) -> TorqueModel:
     """Return the model of a scenario given as JSON text."""
+    # here, not above: few comparisons identify a log
+    from adaptive_ff.identify.identification import identify_log
+    from adaptive_ff.logs.log import Log
+
     scenario = Scenario.model_validate_json(text)
     setup = build_setup(scenario)
     run = drive_over(plain_pi(scenario), setup).record
@@ -115,7 +117,8 @@ def _identified(text: str) -> TorqueModel:
 
     constant = response_time(scenario)
     options = {"xatol": LAG_STEP * constant}
-    search = minimize_scalar(error, bounds=(0.0, largest_lag(constant)), method="bounded", options=options)
+    bounds = (0.0, largest_lag(constant))
+    search = scipy.optimize.minimize_scalar(error, bounds=bounds, method="bounded", options=options)
     return found._replace(friction_lag=float(search.x) if search.fun < error(0.0) else 0.0)
 
 

@@ -7,7 +7,7 @@ from pathlib import Path, PureWindowsPath
 from typing import Any
 
 import numpy as np
-from scipy import special
+import scipy
 
 from adaptive_ff.comparison.comparison import Comparison
 from adaptive_ff.comparison.registry import CONTROLLERS
@@ -231,7 +231,7 @@ class Gate:
         values = (self._baseline.get("by_seed") or {}).get(controller, {}).get(metric, [])
         if len(values) < 2 or not any(values):
             return TOLERANCE
-        quantile = float(special.stdtrit(len(values) - 1, 0.5 + 0.5 * CONFIDENCE))
+        quantile = float(scipy.special.stdtrit(len(values) - 1, 0.5 + 0.5 * CONFIDENCE))
         return quantile * float(np.std(values, ddof=1) / np.mean(values)) / math.sqrt(len(values))
 
     def worse(self, comparison: Comparison) -> list[str]:

@@ -12,7 +12,7 @@ from collections.abc import Callable, Mapping
 from functools import lru_cache, partial
 from typing import Any
 
-from scipy.optimize import minimize_scalar
+import scipy
 
 from adaptive_ff.adaptive.controller import AdaptiveController
 from adaptive_ff.adaptive.tuning import Tuning
@@ -159,7 +159,7 @@ def _suitable_lag(text: str) -> float:
 
     lag = true_model(scenario).friction_lag
     bounds = (-lag, LARGEST_ADDED * scenario.sampling.period + 0.02)
-    found = minimize_scalar(error, bounds=bounds, method="bounded", options={"xatol": RESOLUTION})
+    found = scipy.optimize.minimize_scalar(error, bounds=bounds, method="bounded", options={"xatol": RESOLUTION})
     return float(found.x) if found.fun < error(0.0) else 0.0
 
 
