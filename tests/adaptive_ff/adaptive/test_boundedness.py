@@ -90,7 +90,7 @@ def check_members(controller):
 
 @pytest.mark.parametrize("parameters", [ESTIMATED, PER_DIRECTION_WITH_GRAVITY], ids=["symmetric", "per direction"])
 @pytest.mark.parametrize("period", [0.01, 0.001])
-@settings(max_examples=25)
+@settings(max_examples=10)
 @example(
     [(100, 0.3, "follows", "given", 0.0), (30, 0.2, "wild", "random", 1.0), (100, -0.3, "follows", "given", 0.0)], 0
 )
@@ -102,7 +102,7 @@ def test_whatever_it_is_fed_estimates_stay_within_bounds_and_covariances_definit
     make(parameters, period, torque_limit=LIMIT).state_from_json(controller.state_to_json())
 
 
-@settings(max_examples=50)
+@settings(max_examples=20)
 @given(rows=st.lists(ANY, min_size=1, max_size=60))
 def test_any_doubles_in_finite_torque_out(rows):
     controller = make(PER_DIRECTION_WITH_GRAVITY, regressors=1, position_hats=3, load_friction=True).run_uncompiled()

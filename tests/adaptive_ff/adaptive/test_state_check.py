@@ -1,24 +1,11 @@
 """Restored states that no controller has come to: the message names the field, its value and what is allowed."""
 
 import json
-import math
 
 import pytest
 from closed_loops import SCENARIO, build_setup, drive, make
 
 from adaptive_ff.adaptive.controller import AdaptiveController
-
-
-def leaves(tree, path=()):
-    """Paths of all numbers of a saved state."""
-    if isinstance(tree, dict):
-        for name, branch in tree.items():
-            yield from leaves(branch, (*path, name))
-    elif isinstance(tree, list):
-        for place, branch in enumerate(tree):
-            yield from leaves(branch, (*path, place))
-    elif isinstance(tree, int | float) and not isinstance(tree, bool):
-        yield path
 
 
 def put(tree, path, value):
@@ -50,25 +37,6 @@ def test_a_state_that_cannot_be_is_refused_with_its_field(path, value, allowed, 
     put(saved["state"], path, value)
     with pytest.raises(ValueError, match=rf"^state\.{'.'.join(path)} = .*{allowed}"):
         make("adaptive", SCENARIO).state_from_json(json.dumps(saved))
-
-
-@pytest.mark.parametrize("value", [math.nan, math.inf, -1e15, 1e15])
-def test_any_number_of_a_state_may_be_tampered_with(value, worked):
-    """It is refused, and the controller keeps its own, or it does no harm: torques stay finite and bounded."""
-    paths = list(leaves(json.loads(worked)["state"]))
-    refused = 0
-    for path in paths[:: max(1, len(paths) // 150)]:
-        saved = json.loads(worked)
-        put(saved["state"], path, value)
-        controller = make("adaptive", SCENARIO)
-        try:
-            controller.state_from_json(json.dumps(saved))
-        except ValueError:
-            refused += 1
-            continue
-        torques = [controller.step(0.1, 0.1, next_reference=0.1) for _ in range(20)]
-        assert all(math.isfinite(torque) for torque in torques), path
-    assert refused > 75
 
 
 def test_a_state_of_an_older_version_is_refused_and_the_version_named(worked):

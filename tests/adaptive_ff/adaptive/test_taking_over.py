@@ -283,8 +283,7 @@ def test_inverse_dynamics_with_inertia_is_fed_once_and_the_inertia_is_identified
     assert silent.estimates["inertia"] < 10.0  # what saying so is for
 
 
-@pytest.mark.parametrize("begin", [0.0, 1.0, 12.0])
-@pytest.mark.parametrize("clamped", [0.4, 1.0, 6.0])
+@pytest.mark.parametrize(("begin", "clamped"), [(0.0, 6.0), (1.0, 0.4), (12.0, 1.0), (12.0, 6.0)])
 def test_a_joint_that_is_held_from_outside_keeps_its_estimates_bounded_and_recovers(clamped, begin):
     """Nothing tells of the brake; 10 s after it has let go the joint is tracked better than by PI."""
     errors = {}

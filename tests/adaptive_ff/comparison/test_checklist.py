@@ -2,6 +2,7 @@
 
 import copy
 import importlib
+import itertools
 import math
 import platform
 
@@ -184,16 +185,16 @@ def test_controllers_of_the_same_kind_share_no_state(name):
 
 
 @controllers
-@pytest.mark.parametrize("lost", [math.nan, math.inf, -math.inf], ids=str)
-def test_lost_measurements_are_counted_and_change_no_estimate(name, lost):
+def test_lost_measurements_are_counted_and_change_no_estimate(name):
     setup, controller = build_setup(SHORT), make(name)
-    samples = {0, *range(250, 253), *range(300, 600, 25)}
+    samples = [0, *range(250, 253), *range(300, 600, 25)]
+    lost = dict(zip(samples, itertools.cycle([math.nan, math.inf, -math.inf]), strict=False))
     seen = {}
 
     def watch(k):
         seen[k] = controller.estimates
 
-    own_loop(controller, setup, lost=dict.fromkeys(samples, lost), watch=watch)
+    own_loop(controller, setup, lost=lost, watch=watch)
     seen[setup.noise.size] = controller.estimates
     assert controller.rejected == len(samples)
     for k in samples:
@@ -303,12 +304,11 @@ def test_parts_of_a_run_make_no_difference(name, part, monkeypatch):
 
 
 @controllers
-@pytest.mark.parametrize("load", [35.0, -70.0])
-def test_a_known_load_that_is_told_changes_neither_motion_nor_estimates(name, load):
+def test_a_known_load_that_is_told_changes_neither_motion_nor_estimates(name):
     setup, free, loaded = build_setup(SHORT), make(name), make(name)
     expected = own_loop(free, setup, limit=math.inf)
-    found = own_loop(loaded, setup, limit=math.inf, load=load)
-    assert found - load == pytest.approx(expected, abs=1e-3)  # rounding, amplified by collinear regressors
+    found = own_loop(loaded, setup, limit=math.inf, load=-70.0)
+    assert found + 70.0 == pytest.approx(expected, abs=1e-3)  # rounding, amplified by collinear regressors
     assert loaded.estimates == pytest.approx(free.estimates, rel=1e-5, abs=1e-5)
 
 

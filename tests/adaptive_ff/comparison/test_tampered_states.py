@@ -15,25 +15,21 @@ from controllers import PI, pi_gains
 
 NAMES = ["pi", "adaptive", "adaptive_unsupervised", "adaptive_paper", "canudas", "disturbance_observer", "repetitive"]
 SHORT = SCENARIO.modified(duration=6.0)
+LOST = (math.nan, math.inf)
 AFTER = SCENARIO.modified(duration=1.0)
 """More than any torque of the built-in joint's controllers can be, N m."""
 
 
 def tampered(text):
-    """The changes of a text that make each number in turn negated, far too large, tiny and zero."""
+    """The changes of a text that make each number in turn negated, far too large, tiny, zero and none."""
     for path in leaves(json.loads(text)["state"]):
-        for change in (
-            lambda x: -x,
-            lambda x: x * 1e6,
-            lambda x: x + 1e9,
-            lambda x: 1e300,
-            lambda x: 5e-324,
-            lambda x: 0,
-        ):
+        changes = [lambda x: -x, lambda x: x * 1e6, lambda x: x + 1e9]
+        for change in changes + [lambda x, value=value: value for value in (1e300, -1e15, 1e15, 5e-324, 0, *LOST)]:
 
             def put(place, key, change=change):
                 if not isinstance(place[key], bool):
-                    place[key] = type(place[key])(change(place[key]))
+                    value = change(place[key])
+                    place[key] = type(place[key])(value) if math.isfinite(value) else value
 
             yield path, put
 

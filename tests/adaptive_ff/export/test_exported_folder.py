@@ -5,6 +5,7 @@ import subprocess
 
 import pytest
 from exports import SIZES, WARNINGS, adaptive, compiled, inputs, made, needs_gcc, printed, steps_in_python
+from nightly import sampled
 
 from adaptive_ff import export_controller, load_scenario
 from adaptive_ff.comparison.registry import CONTROLLERS
@@ -23,7 +24,7 @@ MADE = {
 }
 
 
-@pytest.fixture(scope="module", params=MADE)
+@pytest.fixture(scope="module", params=sampled(MADE, ("pi", "adaptive")))
 def folder(request, tmp_path_factory):
     out = tmp_path_factory.mktemp("exported") / "new" / "folder"
     files = export_controller(MADE[request.param](), out, prefix="drive")

@@ -9,9 +9,10 @@ from controllers.kernels.errors import NotTranslatable
 COPY = "def kernel(a, b):\n    a[:] = b\n"
 
 
-@pytest.fixture
-def copy(tmp_path, monkeypatch):
-    return from_text(COPY, tmp_path, monkeypatch)
+@pytest.fixture(scope="module")
+def copy(tmp_path_factory):
+    with pytest.MonkeyPatch.context() as patch:
+        yield from_text(COPY, tmp_path_factory.mktemp("copy"), patch)
 
 
 @pytest.mark.parametrize(
@@ -29,13 +30,13 @@ def copy(tmp_path, monkeypatch):
         ((2, 3, 4), (2, 1, 4)),
     ],
 )
-@pytest.mark.parametrize("kind", [np.float64, np.int64, np.bool_])
-def test_arrays_are_copied_and_repeated_as_numpy_does(shape, given, kind, copy):
-    other = (np.arange(np.prod(given)).reshape(given) % 5 + 1).astype(kind)
-    found, expected = np.zeros(shape, kind), np.zeros(shape, kind)
-    copy(found, other)
-    copy.py_func(expected, other)
-    np.testing.assert_array_equal(found, expected)
+def test_arrays_are_copied_and_repeated_as_numpy_does(shape, given, copy):
+    for kind in (np.float64, np.int64, np.bool_):
+        other = (np.arange(np.prod(given)).reshape(given) % 5 + 1).astype(kind)
+        found, expected = np.zeros(shape, kind), np.zeros(shape, kind)
+        copy(found, other)
+        copy.py_func(expected, other)
+        np.testing.assert_array_equal(found, expected)
 
 
 def test_of_different_sizes_what_both_have_is_copied(copy):

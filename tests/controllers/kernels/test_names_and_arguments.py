@@ -52,9 +52,9 @@ def test_the_largest_quotient_of_integers_wraps_and_does_not_end_the_process(tmp
     assert kernel(LEAST, -1) == LEAST
 
 
-@pytest.mark.parametrize("power", ["abs(x) ** 0.5", "2.0 ** x", "8.0 ** x", "10.0 ** x"])
-def test_powers_have_the_bits_that_python_gives(power, tmp_path, monkeypatch):
-    kernel = from_text(f"def kernel(x):\n    return {power}\n", tmp_path, monkeypatch)
+def test_powers_have_the_bits_that_python_gives(tmp_path, monkeypatch):
+    text = "def kernel(x):\n    return abs(x) ** 0.5, 2.0 ** x, 8.0 ** x, 10.0 ** x\n"
+    kernel = from_text(text, tmp_path, monkeypatch)
     numbers = np.random.default_rng(1).uniform(-30.0, 30.0, 500).tolist()
     assert [kernel(x) for x in numbers] == [kernel.py_func(x) for x in numbers]
     assert kernel(-math.inf) == kernel.py_func(-math.inf)
