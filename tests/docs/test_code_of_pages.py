@@ -15,7 +15,7 @@ BLOCK = re.compile(r"^```(?:\{code-cell\} ipython3|(python|sh))\n(.*?)^```", re.
 NOT_HERE = ("python3 -m venv", "pip install", "colcon")
 """Commands that change the installation."""
 
-QUICK = {"docs/how_to/drive_loop.md", "docs/how_to/several_joints.md", "docs/recipes/moteus_odrive_simplefoc.md"}
+QUICK = {"docs/how_to/drive_loop.md", "docs/how_to/several_joints.md"}
 """What runs in a few seconds."""
 
 

@@ -301,12 +301,12 @@ REFUSALS = [
 ]
 
 
-@pytest.mark.parametrize(("options", "message"), REFUSALS)
-def test_bad_options_are_answered_with_one_line_and_leave_nothing(options, message, tmp_path):
-    log = write_log(tmp_path / "log.csv")
+def test_bad_options_are_answered_with_one_line_and_leave_nothing(tmp_path):
+    log = write_log(tmp_path / "log.csv", duration=10.0)
     before = content_of(tmp_path)
-    assert message in refusal("identify", log, *options, "--out", tmp_path / "new" / "out")
-    assert content_of(tmp_path) == before
+    for options, message in REFUSALS:
+        assert message in refusal("identify", log, *options, "--out", tmp_path / "new" / "out")
+        assert content_of(tmp_path) == before
 
 
 @pytest.mark.parametrize(

@@ -32,7 +32,7 @@ def motion_file(folder, lines=None):
     return path
 
 
-def test_comparison_writes_the_documented_files_and_nothing_else(tmp_path, drawn):
+def test_comparison_writes_the_documented_files_and_nothing_else(tmp_path):
     content = {**short(), "controllers": ["pi", "adaptive"], "change": [{"time": 0.2, "friction_scale": 0.6}]}
     scenario = write_scenario(tmp_path, content)
     out, copy = tmp_path / "new" / "out", tmp_path / "other" / "copy.json"
@@ -178,8 +178,19 @@ def test_defect_of_the_program_is_not_taken_for_bad_input(tmp_path, scenario):
     assert not (tmp_path / "out").exists()
 
 
+UNDRAWN = """
+import runpy
+from matplotlib.figure import Figure
+from adaptive_ff.report import style
+write = style.write_figure
+style.write_figure = lambda _, path: write(Figure((1.0, 1.0), layout="tight"), path)
+runpy.run_module("adaptive_ff", run_name="__main__")
+"""
+"""``python -m adaptive_ff``, its pictures blank."""
+
+
 def run_module(*arguments, folder):
-    command = [sys.executable, "-m", "adaptive_ff", *arguments]
+    command = [sys.executable, "-c", UNDRAWN, *arguments]
     environment = {**os.environ, "PYTHONIOENCODING": "ascii", "COLUMNS": "120"}  # a terminal without a superscript two
     environment.pop("FORCE_COLOR", None)
     return subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, check=False)
