@@ -164,7 +164,7 @@ def described(owner: type) -> dict[str, str]:
 
 
 def _doc(owner: type) -> str:
-    return inspect.cleandoc(owner.__dict__.get("__doc__") or "") + "\n"
+    return inspect.cleandoc(owner.__doc__ or "") + "\n"
 
 
 def log_formats() -> str:

@@ -87,39 +87,19 @@ def lagged_torque(actuator: ActuatorParameters, torque: float, lagging: float, p
 
 
 class Actuator(Table):
-    """A drive.
+    """A drive."""
 
-    Parameters
-    ----------
-    torque_limit : float, optional
-        Largest torque either way, N m; none by default.
-    torque_resolution : float, optional
-        Step of the torque, N m, at most the limit; continuous by default.
-    rate_limit : float, optional
-        Largest change of the torque in a second, N m/s; none by default.
-    ripple_amplitude : float, optional
-        Amplitude of the torque ripple, N m.
-    ripple_period : float, optional
-        Motion between two crests of the ripple, rad.
-    delay : float, optional
-        Time between a sample and the moment from which its command acts, s.
-    lag : float, optional
-        Time constant of the current loop, s.
-    gain : float, optional
-        True torque constant over the one that commands and reports reckon with; the controllers do not know it.
-    reports_torque : bool, optional
-        Whether the controllers are given the torque that the drive gives, as they are by default; otherwise they know
-        only what they asked for.
-    """
-
-    torque_limit: Positive | None = None
-    torque_resolution: NonNegative = 0.0
-    rate_limit: Positive | None = None
-    ripple_amplitude: NonNegative = 0.0
-    ripple_period: Positive = 0.1
-    delay: NonNegative = 0.0
-    lag: NonNegative = 0.0
+    torque_limit: Positive | None = None  # largest torque either way, N m; none by default
+    torque_resolution: NonNegative = 0.0  # step of the torque, N m, at most the limit; continuous by default
+    rate_limit: Positive | None = None  # largest change of the torque in a second, N m/s; none by default
+    ripple_amplitude: NonNegative = 0.0  # amplitude of the torque ripple, N m
+    ripple_period: Positive = 0.1  # motion between two crests of the ripple, rad
+    delay: NonNegative = 0.0  # time between a sample and the moment from which its command acts, s
+    lag: NonNegative = 0.0  # time constant of the current loop, s
+    # true torque constant over the one that commands and reports reckon with; the controllers do not know it
     gain: Positive = 1.0
+    # whether the controllers are given the torque that the drive gives, as they are by default; otherwise they know
+    # only what they asked for
     reports_torque: StrictBool = True
 
     @model_validator(mode="after")

@@ -187,23 +187,15 @@ def initial_backlash(joint: BacklashParameters, velocity: float) -> BacklashStat
 class BacklashJoint(GearFields):
     """Parameters of a simulated elastic joint with backlash and hysteresis in its gear, checked.
 
-    Parameters
-    ----------
-    kind : "backlash"
-        Kind of joint.
-    gap : float
-        Free play between motor and link, from one side to the other, rad on the joint's side, zero or more.
-    hysteresis : float, optional
-        Torque that the gear's hysteresis adds to or takes from the spring's, N m, zero or more.
-    hysteresis_reach : float, optional
-        Twist within which a reversal takes the hysteresis from zero to all of it, rad, positive.
-    **fields
-        As of :class:`plant.ElasticJoint`.
+    Further fields are those of :class:`plant.ElasticJoint`.
     """
 
-    kind: Literal["backlash"] = "backlash"
+    kind: Literal["backlash"] = "backlash"  # kind of joint
+    # free play between motor and link, from one side to the other, rad on the joint's side, zero or more
     gap: NonNegative
+    # torque that the gear's hysteresis adds to or takes from the spring's, N m, zero or more
     hysteresis: NonNegative = 0.0
+    # twist within which a reversal takes the hysteresis from zero to all of it, rad, positive
     hysteresis_reach: Positive = 0.001
 
     @property

@@ -128,27 +128,15 @@ LARGEST_ANGLE = 0.349
 
 
 class GearFields(FrictionFields):
-    """What both kinds of joints with motor and link have, beside the fields of every joint.
+    """What both kinds of joints with motor and link have, beside the fields of every joint."""
 
-    Parameters
-    ----------
-    inertia : float
-        Inertia of motor and link together, kg m^2: what slow motion needs, as for the other kinds.
-    link_share : float
-        Fraction of the inertia that is beyond the spring, between 0 and 1. The antiresonance is at
-        ``sqrt(k/(a J))``, the resonance at ``sqrt(k/(a (1 - a) J))`` rad/s.
-    link_stiffness : float
-        Stiffness ``k`` of the spring between motor and link, N m/rad, positive.
-    link_damping : float, optional
-        Damping ``c`` of the spring, N m s/rad, zero or more.
-    friction_lag : float, optional
-        Friction lag ``tau`` of the motor's friction, s, zero or more.
-    """
-
+    inertia: Positive  # inertia of motor and link together, kg m^2: what slow motion needs, as for the other kinds
+    # fraction of the inertia that is beyond the spring, between 0 and 1. The antiresonance is at ``sqrt(k/(a J))``, the
+    # resonance at ``sqrt(k/(a (1 - a) J))`` rad/s
     link_share: OpenFraction
-    link_stiffness: Positive
-    link_damping: NonNegative = 0.0
-    friction_lag: NonNegative = 0.0
+    link_stiffness: Positive  # stiffness ``k`` of the spring between motor and link, N m/rad, positive
+    link_damping: NonNegative = 0.0  # damping ``c`` of the spring, N m s/rad, zero or more
+    friction_lag: NonNegative = 0.0  # friction lag ``tau`` of the motor's friction, s, zero or more
 
     @property
     def motor_and_link(self) -> ElasticParameters:
@@ -169,15 +157,10 @@ class GearFields(FrictionFields):
 class ElasticJoint(GearFields):
     """Parameters of a simulated joint with motor and link on a spring, checked.
 
-    Parameters
-    ----------
-    kind : "elastic"
-        Kind of joint.
-    **fields
-        Those of ``GearFields`` and of :class:`FrictionFields`; friction and offset act at the motor.
+    Further fields are those of ``GearFields`` and of :class:`FrictionFields`; friction and offset act at the motor.
     """
 
-    kind: Literal["elastic"] = "elastic"
+    kind: Literal["elastic"] = "elastic"  # kind of joint
 
     @property
     def parameters(self) -> ElasticParameters:

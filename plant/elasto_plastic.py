@@ -184,21 +184,12 @@ def initial_elasto_plastic(joint: ElastoPlasticParameters, velocity: float) -> E
 class ElastoPlasticJoint(FrictionFields):
     """Parameters of a simulated rigid joint with two-state elasto-plastic friction, checked.
 
-    Parameters
-    ----------
-    kind : "elasto_plastic"
-        Kind of joint.
-    presliding : float
-        Displacement after a reversal until the joint slides, rad, positive.
-    friction_lag : float, optional
-        Friction lag ``tau``, s, zero or more.
-    **fields
-        Those of :class:`FrictionFields`; ``stribeck_shape`` is at least one.
+    Further fields are those of :class:`FrictionFields`; ``stribeck_shape`` is at least one.
     """
 
-    kind: Literal["elasto_plastic"] = "elasto_plastic"
-    presliding: Positive
-    friction_lag: NonNegative = 0.0
+    kind: Literal["elasto_plastic"] = "elasto_plastic"  # kind of joint
+    presliding: Positive  # displacement after a reversal until the joint slides, rad, positive
+    friction_lag: NonNegative = 0.0  # friction lag ``tau``, s, zero or more
 
     def check_kind(self) -> None:
         """Refuse a curve that falls infinitely steeply at rest."""

@@ -1,7 +1,11 @@
 """Kinds of numbers that the fields of a scenario may hold, and the base of its tables, whose ``help()`` can be read."""
 
 import inspect
+import re
+import textwrap
 from collections.abc import Callable
+from functools import cache
+from itertools import groupby
 from types import UnionType
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Union, get_args, get_origin
 
@@ -16,6 +20,9 @@ Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False, strict=True)]
 NonNegative = Annotated[float, Field(ge=0.0, allow_inf_nan=False, strict=True)]
 Finite = Annotated[float, Field(allow_inf_nan=False, strict=True)]
 
+LINE = re.compile(r"^(?: {4}(?:(\w+): [^#\n]*?)?(?: *# (.*))?|.*)$", re.MULTILINE)
+"""A line of a table: name and comment of a field, of which one or both may be missing."""
+
 
 class _Shown(str):
     """A text that a signature shows as it is, without quotes."""
@@ -25,7 +32,12 @@ class _Shown(str):
 
 
 class _Quiet(ModelMetaclass):
-    """Lists of a table what is its own: pydantic's machinery works as ever, but drowns no ``help()``."""
+    """Shows of a table what is its own: pydantic's machinery works as ever, but drowns no ``help()``."""
+
+    @property
+    def __doc__(cls) -> str:  # type: ignore[override]
+        """What a table is, and its fields: each is described by the comment beside or above it."""
+        return _documented(cls)
 
     def __dir__(cls) -> list[str]:
         hidden = {*dir(BaseModel), "model_config"}
@@ -45,6 +57,32 @@ class Table(BaseModel, metaclass=_Quiet):
     def __dir__(self) -> list[str]:
         """Return the names of the fields and of what is computed from them."""
         return sorted({*dir(type(self)), *type(self).model_fields})
+
+
+@cache
+def _documented(table: type[BaseModel]) -> str:
+    """Return the docstring of a table with a section of its own fields, or of those that it inherits if it has none."""
+    text, heading, rest = inspect.cleandoc(vars(table)["__doc__"]).partition("\n\nRaises\n")
+    said = next((found for base in table.__mro__ if (found := _described(base))), {})
+    lines = ["", "Parameters", "----------"] if said else []
+    for meaning, group in groupby(said, said.__getitem__):
+        fields = {name: table.model_fields[name] for name in group}
+        kinds = ", ".join(dict.fromkeys(_name(field.annotation).removesuffix(" | None") for field in fields.values()))
+        optional = "" if any(field.is_required() for field in fields.values()) else ", optional"
+        lines += [f"{', '.join(fields)} : {kinds}{optional}", *(f"    {one}" for one in textwrap.wrap(meaning, 108))]
+    return "\n".join([text, *lines]) + heading + rest
+
+
+def _described(table: Any) -> dict[str, str]:
+    """Return what the source of a table says of its fields, of several below one comment the same."""
+    found: dict[str, str] = {}
+    said, is_open = "", False
+    for name, note in LINE.findall(inspect.getsource(table)) if issubclass(table, Table) else ():
+        said = f"{said} {note}" if note and is_open else note or (said if name else "")
+        is_open = bool(note) and not name
+        if said and name in table.model_fields:
+            found[name] = f"{said[0].upper()}{said[1:]}{'' if said.endswith('.') else '.'}"
+    return found
 
 
 def _signature(table: type[BaseModel]) -> inspect.Signature:
@@ -77,3 +115,9 @@ def _name(kind: Any) -> str:
     if origin is not None and origin is not Callable:
         return f"{origin.__name__}[{', '.join(map(_name, parts))}]"
     return "None" if kind is type(None) else getattr(kind, "__name__", str(kind))
+
+
+class StrictTable(Table):
+    """A table whose fields take values of their own types alone."""
+
+    model_config = ConfigDict(strict=True)

@@ -37,60 +37,35 @@ LARGEST_BREAKAWAY_JUMP = 0.01
 class FrictionFields(Table):
     """What every kind of joint has: an inertia, a friction curve per direction and a constant torque.
 
-    Parameters
-    ----------
-    kind : str
-        Kind of joint.
-    inertia : float
-        Inertia ``J``, kg m^2, positive.
-    coulomb : float
-        Coulomb friction ``Fc``, N m, zero or more.
-    stiction : float
-        Stiction ``Fs``, N m, at least ``coulomb``.
-    viscous : float
-        Viscous coefficient ``sigma``, N m s/rad, zero or more.
-    stribeck_velocity : float
-        Stribeck velocity ``Vs``, rad/s, positive.
-    stribeck_shape : float, optional
-        Stribeck shape factor ``delta``, positive. The paper allows negative ones; they turn the curve over, so that
-        ``F(0+) = Fc``, and are refused.
-    coulomb_backward, stiction_backward, viscous_backward : float, optional
-        The same for backward motion; as forward by default.
-    offset : float, optional
-        Constant torque against the motor's, N m, of either sign: ``J dw/dt = u - f - offset``.
-    axis : "rotary" or "linear", optional
-        Kind of motion. Of a linear axis read m, m/s, N and kg for rad, rad/s, N m and kg m^2 everywhere.
-    gravity : float, optional
-        Amplitude of the torque of a weight, N m, against the motor's: ``gravity sin(q + gravity_phase)`` with the
-        position ``q``, which is zero at the start. Only of a rotary axis.
-    gravity_phase : float, optional
-        Angle from the hanging weight to the position zero, rad.
-    gear_ratio : float, optional
-        Turns of the motor in a turn of the joint. It changes nothing in the simulation; a controller may be given it.
-    solver_period : float, optional
-        Solver period ``h``, s, positive, and short enough for the implicit step to have one solution.
-
     Raises
     ------
     pydantic.ValidationError
         A field is missing, unknown, of the wrong type or out of range, or the solver period is too long.
     """
 
-    kind: str
-    inertia: Positive
-    coulomb: NonNegative
-    stiction: NonNegative
-    viscous: NonNegative
-    stribeck_velocity: Positive
+    kind: str  # kind of joint
+    inertia: Positive  # inertia ``J``, kg m^2, positive
+    coulomb: NonNegative  # coulomb friction ``Fc``, N m, zero or more
+    stiction: NonNegative  # stiction ``Fs``, N m, at least ``coulomb``
+    viscous: NonNegative  # viscous coefficient ``sigma``, N m s/rad, zero or more
+    stribeck_velocity: Positive  # stribeck velocity ``Vs``, rad/s, positive
+    # stribeck shape factor ``delta``, positive. The paper allows negative ones; they turn the curve over, so that
+    # ``F(0+) = Fc``, and are refused
     stribeck_shape: Positive = 1.0
+    # the same for backward motion; as forward by default
     coulomb_backward: NonNegative | None = None
     stiction_backward: NonNegative | None = None
     viscous_backward: NonNegative | None = None
-    offset: Finite = 0.0
+    offset: Finite = 0.0  # constant torque against the motor's, N m, of either sign: ``J dw/dt = u - f - offset``
+    # kind of motion. Of a linear axis read m, m/s, N and kg for rad, rad/s, N m and kg m^2 everywhere
     axis: Literal["rotary", "linear"] = "rotary"
+    # amplitude of the torque of a weight, N m, against the motor's: ``gravity sin(q + gravity_phase)`` with the
+    # position ``q``, which is zero at the start. Only of a rotary axis
     gravity: NonNegative = 0.0
-    gravity_phase: Finite = 0.0
+    gravity_phase: Finite = 0.0  # angle from the hanging weight to the position zero, rad
+    # turns of the motor in a turn of the joint. It changes nothing in the simulation; a controller may be given it
     gear_ratio: Positive | None = None
+    # solver period ``h``, s, positive, and short enough for the implicit step to have one solution
     solver_period: Positive = 0.001
 
     @model_validator(mode="after")
@@ -143,18 +118,11 @@ class FrictionFields(Table):
 class JointModel(FrictionFields):
     """Parameters of a simulated rigid joint with lagged Stribeck friction, checked.
 
-    Parameters
-    ----------
-    kind : "stribeck", optional
-        Kind of joint.
-    friction_lag : float, optional
-        Friction lag ``tau``, s, zero or more.
-    **fields
-        Those of :class:`FrictionFields`.
+    Further fields are those of :class:`FrictionFields`.
     """
 
-    kind: Literal["stribeck"] = "stribeck"
-    friction_lag: NonNegative = 0.0
+    kind: Literal["stribeck"] = "stribeck"  # kind of joint
+    friction_lag: NonNegative = 0.0  # friction lag ``tau``, s, zero or more
 
     @property
     def parameters(self) -> JointParameters:

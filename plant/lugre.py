@@ -177,22 +177,15 @@ RATIOS = np.geomspace(1e-4, 1e4, 80).tolist()
 class LuGreJoint(FrictionFields):
     """Parameters of a simulated rigid joint with LuGre friction, checked.
 
-    Parameters
-    ----------
-    kind : "lugre"
-        Kind of joint.
-    stiffness : float
-        Stiffness ``sigma0`` of the bristles, N m/rad, positive. The joint breaks away after some ``stiction/stiffness``
-        of displacement.
-    damping : float, optional
-        Damping ``sigma1`` of the bristles at rest, N m s/rad, zero or more; it fades with speed as ``exp(-(w/Vs)^2)``.
-        By default the bristles are critically damped, ``sigma1 + sigma2 = 2 sqrt(sigma0 J)``, as far as is allowed.
-    **fields
-        Those of :class:`FrictionFields`; ``coulomb`` of either direction is positive.
+    Further fields are those of :class:`FrictionFields`; ``coulomb`` of either direction is positive.
     """
 
-    kind: Literal["lugre"] = "lugre"
+    kind: Literal["lugre"] = "lugre"  # kind of joint
+    # stiffness ``sigma0`` of the bristles, N m/rad, positive. The joint breaks away after some ``stiction/stiffness``
+    # of displacement
     stiffness: Positive
+    # damping ``sigma1`` of the bristles at rest, N m s/rad, zero or more; it fades with speed as ``exp(-(w/Vs)^2)``. By
+    # default the bristles are critically damped, ``sigma1 + sigma2 = 2 sqrt(sigma0 J)``, as far as is allowed
     damping: NonNegative | None = None
 
     def check_kind(self) -> None:

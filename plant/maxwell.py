@@ -250,24 +250,17 @@ class SlipFields(FrictionFields):
 class MaxwellJoint(SlipFields):
     """Parameters of a simulated rigid joint with generalised Maxwell-slip friction, checked.
 
-    Parameters
-    ----------
-    kind : "maxwell"
-        Kind of joint.
-    displacements : list of float
-        Displacement from rest, rad, after which each of the four elements slips where the others carry what they can:
-        positive, ascending. Element i has the stiffness ``ai stiction/displacement``.
-    shares : list of float, optional
-        Fraction ``ai`` of the friction that each element carries, positive, of the sum one; equal by default.
-    attraction : float, optional
-        ``C``, N m/s, positive: how fast a slipping element follows the Stribeck curve. By default at once.
-    **fields
-        Those of :class:`SlipFields`; ``coulomb`` of either direction is positive, ``stribeck_shape`` at least one.
+    Further fields are those of :class:`SlipFields`; ``coulomb`` of either direction is positive, ``stribeck_shape`` at
+    least one.
     """
 
-    kind: Literal["maxwell"] = "maxwell"
+    kind: Literal["maxwell"] = "maxwell"  # kind of joint
+    # displacement from rest, rad, after which each of the four elements slips where the others carry what they can:
+    # positive, ascending. Element i has the stiffness ``ai stiction/displacement``
     displacements: FourValues
+    # fraction ``ai`` of the friction that each element carries, positive, of the sum one; equal by default
     shares: FourValues = EVEN
+    # ``C``, N m/s, positive: how fast a slipping element follows the Stribeck curve. By default at once
     attraction: Positive | None = None
 
     def check_kind(self) -> None:
@@ -294,22 +287,13 @@ class RollingJoint(SlipFields):
     beyond the range; after a reversal by the Masing rule, twice as high and twice as far. Four Maxwell elements have
     that curve exactly where they slip, and straight lines between. The curve stands for those of T. Takemura,
     H. Fujimoto (2011) and Y. Maeda, M. Iwasaki (2013), who describe a ball screw by a rolling force, a range and an
-    exponent, too; their formulas could not be compared.
-
-    Parameters
-    ----------
-    kind : "rolling"
-        Kind of joint.
-    rolling_range : float
-        Displacement from rest after which friction grows no more, rad, positive.
-    exponent : float, optional
-        Exponent of the curve, more than one: the higher, the steeper at its begin.
-    **fields
-        Those of :class:`SlipFields`; ``coulomb`` of either direction is positive, ``stribeck_shape`` at least one.
+    exponent, too; their formulas could not be compared. Further fields are those of :class:`SlipFields`; ``coulomb``
+    of either direction is positive, ``stribeck_shape`` at least one.
     """
 
-    kind: Literal["rolling"] = "rolling"
-    rolling_range: Positive
+    kind: Literal["rolling"] = "rolling"  # kind of joint
+    rolling_range: Positive  # displacement from rest after which friction grows no more, rad, positive
+    # exponent of the curve, more than one: the higher, the steeper at its begin
     exponent: Annotated[float, Field(gt=1.0, allow_inf_nan=False, strict=True)] = 2.0
 
     @property

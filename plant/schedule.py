@@ -36,30 +36,17 @@ class FrictionChange(Table):
 
     All factors are on the joint's original parameters, not on those before the change, and what is not given is as
     originally: a later change without ``load`` takes the load away.
-
-    Parameters
-    ----------
-    time : float
-        When it happens, s.
-    friction_scale : float, optional
-        Factor on ``Fc``, ``Fs`` and ``sigma`` from then on.
-    coulomb_scale, viscous_scale : float, optional
-        Further factors on ``Fc`` and ``Fs``, and on ``sigma``.
-    inertia_scale : float, optional
-        Factor on the inertia, as when a payload is taken up; of an elastic joint on the link's.
-    lag_scale : float, optional
-        Factor on the friction lag, for joints that have one.
-    load : float, optional
-        Constant torque against the motor's beside the joint's offset, N m, of either sign.
     """
 
-    time: NonNegative
-    friction_scale: Positive = 1.0
+    time: NonNegative  # when it happens, s
+    friction_scale: Positive = 1.0  # factor on ``Fc``, ``Fs`` and ``sigma`` from then on
+    # further factors on ``Fc`` and ``Fs``, and on ``sigma``
     coulomb_scale: Positive = 1.0
     viscous_scale: Positive = 1.0
+    # factor on the inertia, as when a payload is taken up; of an elastic joint on the link's
     inertia_scale: Positive = 1.0
-    lag_scale: Positive = 1.0
-    load: Finite = 0.0
+    lag_scale: Positive = 1.0  # factor on the friction lag, for joints that have one
+    load: Finite = 0.0  # constant torque against the motor's beside the joint's offset, N m, of either sign
 
     @model_validator(mode="after")
     def _check_content(self) -> Self:
@@ -84,36 +71,19 @@ class FrictionChange(Table):
 
 
 class FrictionVariation(Table):
-    """Friction that drifts as the joint warms up, and varies with its position, its load and its own heat.
+    """Friction that drifts as the joint warms up, and varies with its position, its load and its own heat."""
 
-    Parameters
-    ----------
-    warm_up_excess : float, optional
-        Friction of the cold joint beyond that of the warm one, as a fraction of the latter; more than -1.
-    warm_up_time : float, optional
-        Time constant of warming up, s.
-    position_amplitude : float, optional
-        Amplitude of the variation with position, as a fraction of the friction; less than 1.
-    position_period : float, optional
-        Motion after which it repeats, rad.
-    load_share : float, optional
-        Fraction by which friction rises for each N m of gravity and of the loads of changes, of either sign, 1/(N m).
-    thermal_resistance : float, optional
-        Warmth that each watt of friction leads to, K/W.
-    thermal_time : float, optional
-        Time constant of heating and cooling, s.
-    thinning : float, optional
-        Relative fall of friction for each kelvin, 1/K.
-    """
-
+    # friction of the cold joint beyond that of the warm one, as a fraction of the latter; more than -1
     warm_up_excess: Annotated[float, Field(gt=-1.0, allow_inf_nan=False, strict=True)] = 0.0
-    warm_up_time: Positive = 30.0
+    warm_up_time: Positive = 30.0  # time constant of warming up, s
+    # amplitude of the variation with position, as a fraction of the friction; less than 1
     position_amplitude: Annotated[float, Field(ge=0.0, lt=1.0, allow_inf_nan=False, strict=True)] = 0.0
-    position_period: Positive = 1.0
+    position_period: Positive = 1.0  # motion after which it repeats, rad
+    # fraction by which friction rises for each N m of gravity and of the loads of changes, of either sign, 1/(N m)
     load_share: NonNegative = 0.0
-    thermal_resistance: NonNegative = 0.0
-    thermal_time: Positive = 60.0
-    thinning: NonNegative = 0.0
+    thermal_resistance: NonNegative = 0.0  # warmth that each watt of friction leads to, K/W
+    thermal_time: Positive = 60.0  # time constant of heating and cooling, s
+    thinning: NonNegative = 0.0  # relative fall of friction for each kelvin, 1/K
 
 
 class FrictionSchedule(NamedTuple):

@@ -39,38 +39,21 @@ def measured_speed(ripple: AngleRipple, position: float, velocity: float) -> flo
 
 
 class Sensor(Table):
-    """A velocity sensor with white Gaussian noise, or an encoder.
+    """A velocity sensor with white Gaussian noise, or an encoder."""
 
-    Parameters
-    ----------
-    velocity_noise : float, optional
-        Standard deviation of the noise of a velocity sensor, rad/s.
-    encoder_resolution : float, optional
-        Step of an encoder, rad; it gives the position of the motor, rounded, instead of a velocity.
-    leap : float, optional
-        By how much single velocities are wrong, up or down, rad/s, ...
-    leap_share : float, optional
-        ... and the fraction of the samples at which they are.
-    held : int, optional
-        For how many samples the sensor now and then gives its last value once more, as one does whose messages are
-        lost, ...
-    held_share : float, optional
-        ... and the fraction of the samples at which it begins to.
-    ripple_amplitude : float, optional
-        By how much the measured angle is off, to and fro as the joint turns, rad: in the velocity that is a fraction of
-        ``2 pi ripple_amplitude / ripple_period``, which must be below one, ...
-    ripple_period : float, optional
-        ... and the motion over which that repeats, rad; a turn by default.
-    """
-
-    velocity_noise: NonNegative = 0.0
+    velocity_noise: NonNegative = 0.0  # standard deviation of the noise of a velocity sensor, rad/s
+    # step of an encoder, rad; it gives the position of the motor, rounded, instead of a velocity
     encoder_resolution: Positive | None = None
-    leap: NonNegative = 0.0
-    leap_share: Fraction = 0.0
+    leap: NonNegative = 0.0  # by how much single velocities are wrong, up or down, rad/s, ...
+    leap_share: Fraction = 0.0  # ... and the fraction of the samples at which they are
+    # for how many samples the sensor now and then gives its last value once more, as one does whose messages are
+    # lost, ...
     held: Annotated[int, Field(ge=0, lt=2**63, strict=True)] = 0
-    held_share: Fraction = 0.0
+    held_share: Fraction = 0.0  # ... and the fraction of the samples at which it begins to
+    # by how much the measured angle is off, to and fro as the joint turns, rad: in the velocity that is a fraction of
+    # ``2 pi ripple_amplitude / ripple_period``, which must be below one, ...
     ripple_amplitude: NonNegative = 0.0
-    ripple_period: Positive = 2.0 * math.pi
+    ripple_period: Positive = 2.0 * math.pi  # ... and the motion over which that repeats, rad; a turn by default
 
     @model_validator(mode="after")
     def _check_choice(self) -> Self:

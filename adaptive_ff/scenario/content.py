@@ -14,7 +14,6 @@ from adaptive_ff.scenario.point_to_point import PointToPoint
 from adaptive_ff.scenario.reference import SHORTEST, Motion, Multisine, Recorded
 from adaptive_ff.scenario.series import size_and_lost_fraction
 from adaptive_ff.scenario.tables import (
-    STRICT,
     Adaptation,
     Feedback,
     FixedModel,
@@ -27,7 +26,7 @@ from adaptive_ff.scenario.waves import Fourier, Staircase, Triangle
 from controllers import PositionLoopParameters, direct_velocity
 from controllers.arrays import NDArray
 from plant import Actuator, AnyJoint, FrictionChange, FrictionSchedule, FrictionVariation, Sensor, schedule
-from plant.fields import Positive, Table
+from plant.fields import Positive, StrictTable
 
 MAIN_JOB = ["pi", "fixed", "oracle", "adaptive_paper", "adaptive"]
 """The controllers of the main job."""
@@ -56,27 +55,28 @@ def measured_motion(
     return motion, *size_and_lost_fraction(motion, steps)
 
 
-class Content(Table):
+class Content(StrictTable):
     """Tables of a scenario, each valid by itself."""
 
-    model_config = STRICT
-
-    duration: Positive | None = None
-    seed: Annotated[int, Field(ge=0, lt=2**63)] = 1
+    duration: Positive | None = None  # length of the run, s; by default 60, and no shorter than a recorded reference
+    seed: Annotated[int, Field(ge=0, lt=2**63)] = 1  # seed of the reference's phases, the noise and the jitter
+    # what is compared, every name once; by default the controllers of the main job
     controllers: list[str] = Field(default=MAIN_JOB, min_length=1)
-    joint: AnyJoint
+    joint: AnyJoint  # what is simulated: inertia, friction, and the period of the solver
+    # period and jitter; noise or encoder; how a velocity is made of encoder positions
     sampling: Sampling = Sampling()
     sensor: Sensor = Sensor()
     velocity: VelocityEstimate = VelocityEstimate()
-    actuator: Actuator = Actuator()
-    reference: Reference = Multisine()
-    position: PositionControl | None = None
-    feedback: Feedback
-    adaptation: Adaptation
-    fixed: FixedModel = FixedModel()
+    actuator: Actuator = Actuator()  # limits, delay, lag and ripple of the drive
+    reference: Reference = Multisine()  # the planned motion
+    position: PositionControl | None = None  # a position loop around every controller; none by default
+    feedback: Feedback  # the PI loop: the inertia that it is designed for, and its bandwidth or its gains
+    adaptation: Adaptation  # what identifying controllers assume
+    fixed: FixedModel = FixedModel()  # the feedforward of the controller ``fixed``
+    # what changes on the way, at once or slowly
     change: list[FrictionChange] = []
     variation: FrictionVariation = FrictionVariation()
-    sweep: Sweep = Sweep()
+    sweep: Sweep = Sweep()  # ranges of ``adaptive-ff sweep``
 
     @model_validator(mode="before")
     @classmethod

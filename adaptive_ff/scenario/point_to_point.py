@@ -6,9 +6,9 @@ from typing import Annotated, Literal, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import ConfigDict, Field, model_validator
+from pydantic import Field, model_validator
 
-from plant.fields import Finite, NonNegative, Positive, Table
+from plant.fields import Finite, NonNegative, Positive, StrictTable
 
 
 class Move(NamedTuple):
@@ -66,36 +66,18 @@ def plan_move(distance: float, speed: float, acceleration: float, jerk: float | 
     return Move(distance, size / reached, reached / acceleration, rounding)
 
 
-class PointToPoint(Table):
-    """Moves from point to point that come to rest between them.
-
-    Parameters
-    ----------
-    positions : list of float, optional
-        Positions that are visited in turn, rad, starting from zero; after the last one it begins again with the first.
-    distance : float, optional
-        Instead of positions: forth by so much and back, rad.
-    speed : float
-        Largest speed, rad/s.
-    acceleration : float
-        Largest acceleration, rad/s^2.
-    jerk : float, optional
-        Largest jerk, rad/s^3, for an S-curve; without it the profile is a trapezoid.
-    dwell : float
-        Rest after each move, s.
-    repeats : int, optional
-        How often the positions are visited; by default until the end of the run.
-    """
-
-    model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
+class PointToPoint(StrictTable):
+    """Moves from point to point that come to rest between them."""
 
     kind: Literal["point_to_point"]
+    # positions that are visited in turn, rad, starting from zero; after the last one it begins again with the first
     positions: Annotated[list[Finite], Field(min_length=1)] | None = None
-    distance: Finite | None = None
-    speed: Positive = 0.3
-    acceleration: Positive = 1.0
-    jerk: Positive | None = None
-    dwell: NonNegative = 1.0
+    distance: Finite | None = None  # instead of positions: forth by so much and back, rad
+    speed: Positive = 0.3  # largest speed, rad/s
+    acceleration: Positive = 1.0  # largest acceleration, rad/s^2
+    jerk: Positive | None = None  # largest jerk, rad/s^3, for an S-curve; without it the profile is a trapezoid
+    dwell: NonNegative = 1.0  # rest after each move, s
+    # how often the positions are visited; by default until the end of the run
     repeats: Annotated[int, Field(ge=1, lt=2**63)] | None = None
 
     @model_validator(mode="after")

@@ -7,13 +7,13 @@ from typing import Annotated, Literal, Self
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import ConfigDict, Field, model_validator
+from pydantic import Field, model_validator
 from scipy.interpolate import CubicSpline, PchipInterpolator
 
 from adaptive_ff.errors import InputError
 from adaptive_ff.logs.text_tables import read_complete_table
 from adaptive_ff.scenario.series import chunks, largest_size, sum_of_sines
-from plant.fields import Finite, NonNegative, Positive, Table
+from plant.fields import Finite, NonNegative, Positive, StrictTable
 
 SHORTEST = 60.0
 """A recorded reference that is shorter than this (s) repeats until then."""
@@ -22,30 +22,18 @@ LARGEST_SEAM = 0.05
 """Jump between the end and the start of a repeated reference, relative to its peak, that goes without a warning."""
 
 
-class Multisine(Table):
-    """A sum of sines with random phases.
-
-    Parameters
-    ----------
-    frequencies : list of float
-        Frequencies, Hz, slower than half the sampling frequency.
-    amplitudes : list of float
-        Relative amplitudes, one a frequency.
-    peak : float, optional
-        Largest absolute velocity, rad/s; by default what suits the joint, see ``scenario.plausibility``.
-    fade_in : float
-        Smooth start from rest, s.
-    pause : list of float, optional
-        Start and end of a standstill inside the motion, s; the motion fades out before it and in after it.
-    """
-
-    model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
+class Multisine(StrictTable):
+    """A sum of sines with random phases."""
 
     kind: Literal["multisine"] = "multisine"
+    # frequencies, Hz, slower than half the sampling frequency
     frequencies: list[Positive] = Field(default=[0.01, 0.05, 0.11, 0.23, 0.41, 0.7, 1.0], min_length=1)
+    # relative amplitudes, one a frequency
     amplitudes: list[Finite] = Field(default=[0.12, 0.1, 0.08, 0.06, 0.05, 0.04, 0.03], min_length=1)
+    # largest absolute velocity, rad/s; by default what suits the joint, see ``scenario.plausibility``
     peak: Positive | None = None
-    fade_in: NonNegative = 2.0
+    fade_in: NonNegative = 2.0  # smooth start from rest, s
+    # start and end of a standstill inside the motion, s; the motion fades out before it and in after it
     pause: Annotated[list[NonNegative], Field(min_length=2, max_length=2)] | None = None
 
     @model_validator(mode="after")
@@ -93,24 +81,16 @@ class Multisine(Table):
         return fraction * fraction * (3.0 - 2.0 * fraction)
 
 
-class Recorded(Table):
+class Recorded(StrictTable):
     """A recorded motion from a CSV file with a header line.
 
     Resampling: a velocity column is interpolated by a shape-preserving piecewise cubic (PCHIP, no overshoot), a
     position column by a cubic spline through its points, whose derivative is the reference. Positions are not smoothed.
-
-    Parameters
-    ----------
-    path : str
-        The file; relative to the scenario file.
-    time, velocity, position : str
-        Names of the columns, in s, rad/s and rad. The position serves where the file has no velocity.
     """
 
-    model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
-
     kind: Literal["csv"]
-    path: str = Field(min_length=1)
+    path: str = Field(min_length=1)  # the file; relative to the scenario file
+    # names of the columns, in s, rad/s and rad. The position serves where the file has no velocity
     time: str = "time"
     velocity: str = "velocity"
     position: str = "position"

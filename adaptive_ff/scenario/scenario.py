@@ -27,35 +27,6 @@ class Scenario(Content):
     """A simulated joint, its sensor and drive, the reference, and what each controller assumes of them.
 
     Its fields are those of a scenario file. Use :func:`load_scenario` to read one, ``modified`` to derive another.
-
-    Parameters
-    ----------
-    duration : float, optional
-        Length of the run, s; by default 60, and no shorter than a recorded reference.
-    seed : int, optional
-        Seed of the reference's phases, the noise and the jitter.
-    controllers : list of str, optional
-        What is compared, every name once; by default the controllers of the main job.
-    joint : JointModel or another kind of joint
-        What is simulated: inertia, friction, and the period of the solver.
-    sampling, sensor, velocity : Sampling, Sensor, VelocityEstimate, optional
-        Period and jitter; noise or encoder; how a velocity is made of encoder positions.
-    actuator : Actuator, optional
-        Limits, delay, lag and ripple of the drive.
-    reference : Multisine, Recorded, PointToPoint, Triangle or Staircase, optional
-        The planned motion.
-    position : PositionControl, optional
-        A position loop around every controller; none by default.
-    feedback : Feedback
-        The PI loop: the inertia that it is designed for, and its bandwidth or its gains.
-    adaptation : Adaptation
-        What identifying controllers assume.
-    fixed : FixedModel, optional
-        The feedforward of the controller ``fixed``.
-    change, variation : list of FrictionChange, FrictionVariation, optional
-        What changes on the way, at once or slowly.
-    sweep : Sweep, optional
-        Ranges of ``adaptive-ff sweep``.
     """
 
     @model_validator(mode="after")

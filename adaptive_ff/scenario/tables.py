@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import (
     AfterValidator,
-    ConfigDict,
     Discriminator,
     Field,
     Tag,
@@ -30,9 +29,7 @@ from controllers import (
     pi_gains,
 )
 from controllers.plausibility import LARGEST_OBSERVED
-from plant.fields import Finite, NonNegative, Positive, Table
-
-STRICT = ConfigDict(frozen=True, extra="forbid", strict=True)
+from plant.fields import Finite, NonNegative, Positive, StrictTable
 
 MOST_PERIODS, MOST_HATS = 7, 100
 """Most known periods of friction over position, and most hats of a map of it."""
@@ -45,20 +42,12 @@ CYCLE = 40
 """Samples of such a cycle."""
 
 
-class Sampling(Table):
-    """When the controller runs.
+class Sampling(StrictTable):
+    """When the controller runs."""
 
-    Parameters
-    ----------
-    period : float
-        Mean sampling period, s, a whole number of solver periods.
-    jitter : float, optional
-        Outliers of the sampling time as the paper's Fig. 10 shows them, as a fraction of the period: of 40 intervals
-        one is longer by this fraction and two by half of it, the others are shorter. 0.9 is like the figure.
-    """
-
-    model_config = STRICT
-    period: Positive = 0.01
+    period: Positive = 0.01  # mean sampling period, s, a whole number of solver periods
+    # outliers of the sampling time as the paper's Fig. 10 shows them, as a fraction of the period: of 40 intervals one
+    # is longer by this fraction and two by half of it, the others are shorter. 0.9 is like the figure
     jitter: Annotated[float, Field(ge=0.0, le=5.0, allow_inf_nan=False)] = 0.0
 
     def steps(self, length: float, solver_period: float) -> NDArray[np.int64]:
@@ -74,22 +63,13 @@ class Sampling(Table):
         return np.unique(steps)
 
 
-class VelocityEstimate(Table):
-    """How the robot makes a velocity of an encoder's positions.
+class VelocityEstimate(StrictTable):
+    """How the robot makes a velocity of an encoder's positions."""
 
-    Parameters
-    ----------
-    method : "difference", "low_pass" or "kalman", optional
-        Difference of two readings, the same behind a low-pass of first order, or a Kalman filter.
-    cutoff : float, optional
-        Corner of the low-pass, Hz.
-    acceleration_walk : float, optional
-        Random walk of the acceleration that the Kalman filter expects, rad/s^2 in a root of a second.
-    """
-
-    model_config = STRICT
+    # difference of two readings, the same behind a low-pass of first order, or a Kalman filter
     method: Literal["difference", "low_pass", "kalman"] = "low_pass"
-    cutoff: Positive = 50.0
+    cutoff: Positive = 50.0  # corner of the low-pass, Hz
+    # random walk of the acceleration that the Kalman filter expects, rad/s^2 in a root of a second
     acceleration_walk: Positive = 20.0
 
     def estimator(self, resolution: float, period: float) -> Any:
@@ -131,29 +111,19 @@ Bandwidth = Annotated[
 ]
 
 
-class Feedback(Table):
-    """What the designer of the PI loop assumes.
+class Feedback(StrictTable):
+    """What the designer of the PI loop assumes."""
 
-    Parameters
-    ----------
-    inertia : float
-        Assumed inertia, kg m^2.
-    bandwidth : float or "auto", optional
-        Open-loop crossover, Hz; checked against the largest one that a maximum sensitivity of 1.7 allows; where the
-        velocity filter takes more, a warning says so. ``auto``: for each controller the one that suits tracking and a
-        step of the load, on seeds of its own (``adaptive-ff tune`` shows how).
-    proportional, integral : float, optional
-        Gains given directly instead, N m s/rad and N m/rad; not checked.
-    delay : float, optional
-        Assumed computation delay of the drive, s; by default the true one of ``[actuator]``. All controllers but the
-        oracle reckon with it.
-    """
-
-    model_config = STRICT
-    inertia: Positive
+    inertia: Positive  # assumed inertia, kg m^2
+    # open-loop crossover, Hz; checked against the largest one that a maximum sensitivity of 1.7 allows; where the
+    # velocity filter takes more, a warning says so. ``auto``: for each controller the one that suits tracking and a
+    # step of the load, on seeds of its own (``adaptive-ff tune`` shows how)
     bandwidth: Bandwidth | None = None
+    # gains given directly instead, N m s/rad and N m/rad; not checked
     proportional: Positive | None = None
     integral: NonNegative | None = None
+    # assumed computation delay of the drive, s; by default the true one of ``[actuator]``. All controllers but the
+    # oracle reckon with it
     delay: NonNegative | None = None
 
     @model_validator(mode="after")
@@ -205,46 +175,29 @@ class Feedback(Table):
         return pi_gains(self.inertia, self.hertz)
 
 
-class Adaptation(Table):
-    """What the adaptive controllers assume of the joint: prior knowledge that may be wrong.
+class Adaptation(StrictTable):
+    """What the adaptive controllers assume of the joint: prior knowledge that may be wrong."""
 
-    Parameters
-    ----------
-    stribeck_velocity, stribeck_shape : float
-        Pre-estimated ``Vs`` (rad/s) and ``delta``.
-    memory : float, optional
-        Memory, s of sliding motion; by default what suits each controller.
-    identify : "symmetric", "offset" or "directions", optional
-        What ``adaptive`` identifies: the paper's five parameters; an offset beside them; friction by direction, too. By
-        default an offset and, where a position is given, gravity.
-    ripple_periods : list of float, optional
-        Known periods of a torque over position, such as cogging, rad: the adaptive controllers learn a sine and a
-        cosine of each.
-    position_periods : list of float, optional
-        Known periods of friction over position, rad: ``adaptive`` learns a cosine and a sine of each.
-    motor_turn : bool, optional
-        Whether a turn of the motor is one of them, ``2 pi / joint.gear_ratio``.
-    position_hats : int, optional
-        Number of the hats of a piecewise linear map of friction over position, without a known period; 2 or more.
-    position_range : list of float, optional
-        Positions of the first and of the last hat, rad; a turn about zero by default.
-    load_friction : bool, optional
-        Whether friction may rise with the torque that the joint is known to transmit: identified gravity here.
-    friction_share : float, optional
-        What of the identified friction ``adaptive`` feeds, from 0 to 1.
-    """
-
-    model_config = STRICT
+    # pre-estimated ``Vs`` (rad/s) and ``delta``
     stribeck_velocity: Positive
     stribeck_shape: Positive = 1.0
-    memory: Positive | None = None
+    memory: Positive | None = None  # memory, s of sliding motion; by default what suits each controller
+    # what ``adaptive`` identifies: the paper's five parameters; an offset beside them; friction by direction, too. By
+    # default an offset and, where a position is given, gravity
     identify: Literal["symmetric", "offset", "directions", "gravity", "directions_and_gravity"] | None = None
+    # known periods of a torque over position, such as cogging, rad: the adaptive controllers learn a sine and a cosine
+    # of each
     ripple_periods: Annotated[list[Positive], Field(max_length=MOST_PERIODS)] = []
+    # known periods of friction over position, rad: ``adaptive`` learns a cosine and a sine of each
     position_periods: Annotated[list[Positive], Field(max_length=MOST_PERIODS)] = []
-    motor_turn: bool = False
+    motor_turn: bool = False  # whether a turn of the motor is one of them, ``2 pi / joint.gear_ratio``
+    # number of the hats of a piecewise linear map of friction over position, without a known period; 2 or more
     position_hats: Annotated[int, Field(ge=0, le=MOST_HATS)] = 0
+    # positions of the first and of the last hat, rad; a turn about zero by default
     position_range: Annotated[list[Finite], Field(min_length=2, max_length=2)] | None = None
+    # whether friction may rise with the torque that the joint is known to transmit: identified gravity here
     load_friction: bool = False
+    # what of the identified friction ``adaptive`` feeds, from 0 to 1
     friction_share: Annotated[float, Field(ge=0.0, le=1.0, allow_inf_nan=False)] = 1.0
 
     @model_validator(mode="after")
@@ -263,22 +216,15 @@ class Adaptation(Table):
         return None if self.identify is None else IDENTIFIED[self.identify]
 
 
-class FixedModel(Table):
-    """Parameters of the controller ``fixed``; what is not given is zero, stiction then equals Coulomb friction.
+class FixedModel(StrictTable):
+    """Parameters of the controller ``fixed``; what is not given is zero, stiction then equals Coulomb friction."""
 
-    Parameters
-    ----------
-    inertia, coulomb, stiction, viscous : float, optional
-        Inertia, kg m^2; Coulomb friction and stiction, N m; viscous coefficient, N m s/rad.
-    friction_lag, stribeck_velocity, stribeck_shape : float, optional
-        Friction lag, s; Stribeck velocity, rad/s, and shape.
-    """
-
-    model_config = STRICT
+    # inertia, kg m^2; Coulomb friction and stiction, N m; viscous coefficient, N m s/rad
     inertia: NonNegative = 0.0
     coulomb: NonNegative = 0.0
     stiction: NonNegative | None = None
     viscous: NonNegative = 0.0
+    # friction lag, s; Stribeck velocity, rad/s, and shape
     friction_lag: NonNegative = 0.0
     stribeck_velocity: Positive = 1.0
     stribeck_shape: Positive = 1.0
@@ -313,49 +259,29 @@ RatioRange = Annotated[
 ]
 
 
-class Sweep(Table):
-    """Ranges that ``adaptive-ff sweep`` draws joints from, each ``[lowest, highest]``.
+class Sweep(StrictTable):
+    """Ranges that ``adaptive-ff sweep`` draws joints from, each ``[lowest, highest]``."""
 
-    Parameters
-    ----------
-    inertia, coulomb, viscous : list of float
-        Factors on the scenario's values, drawn evenly on a logarithmic scale.
-    stiction : list of float
-        Stiction as a multiple of the drawn Coulomb friction, drawn evenly.
-    friction_lag, velocity_noise : list of float
-        Friction lag (s) and noise (rad/s), drawn evenly.
-    assumed_stribeck_velocity, assumed_inertia : list of float
-        What the controllers assume, as a multiple of the truth, drawn evenly on a logarithmic scale.
-    """
-
-    model_config = STRICT
+    # factors on the scenario's values, drawn evenly on a logarithmic scale
     inertia: PositiveRange = [0.1, 10.0]
     coulomb: PositiveRange = [0.1, 10.0]
     viscous: PositiveRange = [0.1, 10.0]
-    stiction: RatioRange = [1.0, 2.0]
+    stiction: RatioRange = [1.0, 2.0]  # stiction as a multiple of the drawn Coulomb friction, drawn evenly
+    # friction lag (s) and noise (rad/s), drawn evenly
     friction_lag: Range = [0.0, 0.05]
     velocity_noise: Range = [0.0, 0.005]
+    # what the controllers assume, as a multiple of the truth, drawn evenly on a logarithmic scale
     assumed_stribeck_velocity: PositiveRange = [0.5, 2.0]
     assumed_inertia: PositiveRange = [0.7, 1.3]
 
 
-class PositionControl(Table):
-    """A proportional position loop; with it every controller stands in a cascade.
+class PositionControl(StrictTable):
+    """A proportional position loop; with it every controller stands in a cascade."""
 
-    Parameters
-    ----------
-    gain : float, optional
-        Position gain, 1/s; by default a sixth of the angular bandwidth of the velocity loop.
-    limit : float, optional
-        Largest absolute correction, rad/s; by default there is none.
-    encoder_resolution : float, optional
-        Step of the encoder of the position, rad; by default that of ``[sensor]``, and where that has none either, the
-        true position rounded to 1e-5 rad.
-    """
-
-    model_config = STRICT
-    gain: Positive | None = None
-    limit: Positive | None = None
+    gain: Positive | None = None  # position gain, 1/s; by default a sixth of the angular bandwidth of the velocity loop
+    limit: Positive | None = None  # largest absolute correction, rad/s; by default there is none
+    # step of the encoder of the position, rad; by default that of ``[sensor]``, and where that has none either, the
+    # true position rounded to 1e-5 rad
     encoder_resolution: Positive | None = None
 
     def loop(self, bandwidth: Callable[[], float]) -> PositionLoopParameters:

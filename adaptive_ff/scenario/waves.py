@@ -5,52 +5,31 @@ from typing import Annotated, Literal, Self
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import ConfigDict, Field, model_validator
+from pydantic import Field, model_validator
 
-from plant.fields import Finite, Positive, Table
+from plant.fields import Finite, Positive, StrictTable
 
 
-class Triangle(Table):
-    """A triangle wave of velocity, from rest: constant acceleration, forth and back.
-
-    Parameters
-    ----------
-    peak : float
-        Largest velocity, rad/s.
-    period : float
-        Period of the wave, s.
-    """
-
-    model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
+class Triangle(StrictTable):
+    """A triangle wave of velocity, from rest: constant acceleration, forth and back."""
 
     kind: Literal["triangle"]
-    peak: Positive = 0.3
-    period: Positive = 4.0
+    peak: Positive = 0.3  # largest velocity, rad/s
+    period: Positive = 4.0  # period of the wave, s
 
     def velocity(self, time: NDArray[np.float64], generator: np.random.Generator) -> NDArray[np.float64]:
         """Return the reference velocity (rad/s) on an ascending grid of times (s); nothing is drawn."""
         return self.peak * np.interp(time / self.period, [0.0, 0.25, 0.75, 1.0], [0.0, 1.0, -1.0, 0.0], period=1.0)
 
 
-class Staircase(Table):
-    """Constant velocities one after another, with ramps between them, as for a friction curve.
-
-    Parameters
-    ----------
-    velocities : list of float
-        Velocities, rad/s, in their order; after the last one it begins again with the first.
-    hold : float
-        Time at each of them, s.
-    acceleration : float
-        Acceleration of the ramps, rad/s^2.
-    """
-
-    model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
+class Staircase(StrictTable):
+    """Constant velocities one after another, with ramps between them, as for a friction curve."""
 
     kind: Literal["staircase"]
+    # velocities, rad/s, in their order; after the last one it begins again with the first
     velocities: Annotated[list[Finite], Field(min_length=1)] = [0.05, 0.1, 0.2, 0.3, -0.05, -0.1, -0.2, -0.3]
-    hold: Positive = 2.0
-    acceleration: Positive = 1.0
+    hold: Positive = 2.0  # time at each of them, s
+    acceleration: Positive = 1.0  # acceleration of the ramps, rad/s^2
 
     @model_validator(mode="after")
     def _check_motion(self) -> Self:
@@ -75,22 +54,13 @@ class Staircase(Table):
         return stairs
 
 
-class Fourier(Table):
-    """``w = sum_k c_k cos(2 pi k t/T) + s_k sin(2 pi k t/T)``, ``k = 1, 2, ...``: velocity and position are periodic.
-
-    Parameters
-    ----------
-    period : float
-        Period ``T``, s.
-    cosines, sines : list of float
-        Coefficients ``c_k`` and ``s_k``, rad/s, as many of one as of the other. Where the cosines sum to zero, the
-        motion begins at rest.
-    """
-
-    model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
+class Fourier(StrictTable):
+    """``w = sum_k c_k cos(2 pi k t/T) + s_k sin(2 pi k t/T)``, ``k = 1, 2, ...``: velocity and position repeat."""
 
     kind: Literal["fourier"]
-    period: Positive
+    period: Positive  # period ``T``, s
+    # coefficients ``c_k`` and ``s_k``, rad/s, as many of one as of the other. Where the cosines sum to zero, the motion
+    # begins at rest
     cosines: Annotated[list[Finite], Field(min_length=1)]
     sines: Annotated[list[Finite], Field(min_length=1)]
 
