@@ -1,12 +1,19 @@
-"""Named arrays in the file formats that logs come in: CSV, NPZ, MAT, HDF5, Parquet, MCAP and bags.
+"""Named arrays in the file formats that logs come in: CSV, NPZ, MAT, HDF5, Parquet, MCAP and bags of ROS.
 
 Each reader takes a path and the wanted names. It returns the shapes of all arrays there are, and those arrays that are
 wanted: only these are read into memory.
+
+A number of a recorded message is called ``TOPIC.FIELD``, with dots for members of members and without the slash before
+the topic: ``joint_states.effort[2]`` picks one of an array. ``TOPIC.log_time`` is the time at which the recorder had
+the message, ``TOPIC.header.stamp`` that of its header, both in s since 1970. Series of different topics have clocks of
+their own, so time, motion and torque must be of one topic.
 """
 
 import importlib
+import json
 from collections.abc import Callable, Collection, Iterator, Mapping
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any, NamedTuple
 from zipfile import is_zipfile
 
@@ -15,11 +22,16 @@ from numpy.typing import NDArray
 from scipy import io
 
 from adaptive_ff.errors import InputError
-from adaptive_ff.logs.messages import Read, read_bag, read_mcap
 from adaptive_ff.logs.text_tables import read_table, reading
 
 Header = tuple[tuple[int, ...], np.dtype[Any]]
 """Shape and type of an array."""
+
+NANO = 1e-9
+"""Seconds in a nanosecond."""
+
+JSON = SimpleNamespace(decoder_for=lambda encoding, schema: json.loads if encoding == "json" else None)
+"""Makes decoders of JSON messages, as the library of MCAP asks for them."""
 
 
 class Content(NamedTuple):
@@ -49,7 +61,7 @@ def read_content(path: Path, wanted: Collection[str]) -> Content:
     with reading(path):
         with path.open("rb"):  # where there is none, not every reader says so
             pass
-        return Content(*reader(path, wanted))
+        return reader(path, wanted)
 
 
 def is_text(path: Path) -> bool:
@@ -57,12 +69,12 @@ def is_text(path: Path) -> bool:
     return READERS.get(path.suffix.lower()) is _read_text
 
 
-def _read_text(path: Path, wanted: Collection[str]) -> Read:
+def _read_text(path: Path, wanted: Collection[str]) -> Content:
     names, columns = read_table(path, wanted)
-    return dict.fromkeys(names, ()), dict(columns)
+    return Content(dict.fromkeys(names, ()), dict(columns))
 
 
-def _read_npz(path: Path, wanted: Collection[str]) -> Read:
+def _read_npz(path: Path, wanted: Collection[str]) -> Content:
     if not is_zipfile(path):  # numpy takes it for pickled objects, and advises to trust it
         raise InputError(f"{path}: cannot be read: it is no NPZ archive")
     with np.load(path, allow_pickle=False) as archive:
@@ -70,7 +82,7 @@ def _read_npz(path: Path, wanted: Collection[str]) -> Read:
         for name in wanted:
             if name in headers and headers[name][1].hasobject:
                 raise InputError(f"{path}: {name} holds Python objects; it must hold numbers")
-        return _series(headers, wanted, archive)
+        return _fields(headers, wanted, archive)
 
 
 def _npz_header(archive: Any, name: str) -> Header:
@@ -82,11 +94,8 @@ def _npz_header(archive: Any, name: str) -> Header:
         return shape, kind
 
 
-def _series(headers: Mapping[str, Header], wanted: Collection[str], arrays: Mapping[str, Any]) -> Read:
-    """Return the shapes of all series, by shape and type of the arrays, and the wanted ones, each array read once.
-
-    Fields of structured arrays are series of their own: ARRAY.FIELD.
-    """
+def _fields(headers: Mapping[str, Header], wanted: Collection[str], arrays: Mapping[str, Any]) -> Content:
+    """Return all arrays by their headers, and the wanted ones; fields of structured arrays are ARRAY.FIELD."""
     places = {
         name if field is None else f"{name}.{field}": (name, field, (*shape, *(kind[field].shape if field else ())))
         for name, (shape, kind) in headers.items()
@@ -94,13 +103,11 @@ def _series(headers: Mapping[str, Header], wanted: Collection[str], arrays: Mapp
     }
     found = {key: places[key] for key in wanted if key in places}
     read = {name: arrays[name][()] for name in dict.fromkeys(name for name, _, _ in found.values())}
-    return (
-        {key: shape for key, (_, _, shape) in places.items()},
-        {key: read[name] if field is None else read[name][field] for key, (name, field, _) in found.items()},
-    )
+    series = {key: read[name] if field is None else read[name][field] for key, (name, field, _) in found.items()}
+    return Content({key: shape for key, (_, _, shape) in places.items()}, series)
 
 
-def _read_mat(path: Path, wanted: Collection[str]) -> Read:
+def _read_mat(path: Path, wanted: Collection[str]) -> Content:
     """Read a MAT file; members of a struct are named STRUCT.MEMBER, of an array of structs STRUCT.0.MEMBER.
 
     So Simulink's structure with time has ``out.time`` and ``out.signals.values``. Version 7.3 is HDF5, axes reversed.
@@ -109,8 +116,8 @@ def _read_mat(path: Path, wanted: Collection[str]) -> Read:
         arrays = dict(_flatten(io.loadmat(path, simplify_cells=True)))
     except NotImplementedError:
         shapes, arrays = _read_hdf5(path, wanted)
-        return {name: shape[::-1] for name, shape in shapes.items()}, {name: one.T for name, one in arrays.items()}
-    return {name: one.shape for name, one in arrays.items()}, {name: arrays[name] for name in wanted if name in arrays}
+        return Content({name: one[::-1] for name, one in shapes.items()}, {name: one.T for name, one in arrays.items()})
+    return Content({name: one.shape for name, one in arrays.items()}, arrays)
 
 
 def _flatten(content: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, NDArray[Any]]]:
@@ -124,7 +131,7 @@ def _flatten(content: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str
             yield prefix + name, np.asarray(value)
 
 
-def _read_hdf5(path: Path, wanted: Collection[str]) -> Read:
+def _read_hdf5(path: Path, wanted: Collection[str]) -> Content:
     """Read datasets of an HDF5 file; those in a group are named GROUP.DATASET, those of compounds DATASET.FIELD."""
     h5py = _library("h5py", path)
     with h5py.File(path, "r") as file:
@@ -135,15 +142,15 @@ def _read_hdf5(path: Path, wanted: Collection[str]) -> Read:
                 sets[name.replace("/", ".")] = item  # without a shape it is empty
 
         file.visititems(visit)
-        return _series({name: (item.shape, item.dtype) for name, item in sets.items()}, wanted, sets)
+        return _fields({name: (item.shape, item.dtype) for name, item in sets.items()}, wanted, sets)
 
 
-def _read_parquet(path: Path, wanted: Collection[str]) -> Read:
+def _read_parquet(path: Path, wanted: Collection[str]) -> Content:
     with _library("pyarrow.parquet", path).ParquetFile(path) as file:
         rows, names = file.metadata.num_rows, file.schema_arrow.names
         table = file.read(columns=[name for name in wanted if name in names])
     arrays = {name: _parquet_column(table.column(name)) for name in table.column_names}
-    return dict.fromkeys(names, (rows,)) | {name: array.shape for name, array in arrays.items()}, arrays
+    return Content(dict.fromkeys(names, (rows,)) | {name: array.shape for name, array in arrays.items()}, arrays)
 
 
 def _parquet_column(column: Any) -> NDArray[Any]:
@@ -157,12 +164,90 @@ def _parquet_column(column: Any) -> NDArray[Any]:
     return np.array([[np.nan] * width if row is None else row for row in rows], dtype=float)
 
 
-def _read_mcap(path: Path, wanted: Collection[str]) -> Read:
-    return read_mcap(path, wanted, *(_library(name, path) for name in ("mcap.reader", "mcap_ros2.decoder")))
+def _read_mcap(path: Path, wanted: Collection[str]) -> Content:
+    mcap, ros2 = _library("mcap.reader", path), _library("mcap_ros2.decoder", path)
+    with path.open("rb") as stream:
+        reader = mcap.make_reader(stream, decoder_factories=[ros2.DecoderFactory(), JSON])
+        summary = reader.get_summary()
+        if summary is None:
+            raise InputError(f"{path}: the file has no summary, as of a recording that broke off; run 'mcap recover'")
+        encodings = {channel.topic: channel.message_encoding for channel in summary.channels.values()}
+        counts = {topic: 0 for topic, encoding in encodings.items() if encoding in ("cdr", "json")}
+        if not counts:
+            found = ", ".join(sorted(set(encodings.values()))) or "no topic"
+            raise InputError(f"{path}: messages are encoded as {found}; cdr (ROS 2) and json are read")
+        for number, channel in summary.channels.items():
+            if channel.topic in counts:
+                counts[channel.topic] += summary.statistics.channel_message_counts.get(number, 0)
+        return _collected(
+            path,
+            wanted,
+            counts,
+            lambda topic: ((one[2].log_time, one[3]) for one in reader.iter_decoded_messages(topics=[topic])),
+        )
 
 
-def _read_bag(path: Path, wanted: Collection[str]) -> Read:
-    return read_bag(path, wanted, *(_library(name, path) for name in ("rosbags.highlevel", "rosbags.typesys")))
+def _read_bag(path: Path, wanted: Collection[str]) -> Content:
+    """Read a bag of ROS 1 (.bag), or one of ROS 2 (.db3 in its folder)."""
+    highlevel, typesys = _library("rosbags.highlevel", path), _library("rosbags.typesys", path)
+    is_folder = path.suffix == ".db3"
+    if is_folder and not (path.parent / "metadata.yaml").exists():
+        raise InputError(f"{path}: there is no metadata.yaml beside it; run ros2 bag reindex on its folder")
+    types = typesys.get_typestore(typesys.Stores.LATEST)
+    with highlevel.AnyReader([path.parent if is_folder else path], default_typestore=types) as reader:
+        return _collected(
+            path,
+            wanted,
+            {topic: one.msgcount for topic, one in reader.topics.items()},
+            lambda topic: (
+                (stamp, reader.deserialize(raw, link.msgtype))
+                for link, stamp, raw in reader.messages(connections=reader.topics[topic].connections)
+            ),
+        )
+
+
+def _collected(
+    path: Path,
+    wanted: Collection[str],
+    counts: Mapping[str, int],
+    messages: Callable[[str], Iterator[tuple[int, Any]]],
+) -> Content:
+    """Return what messages hold, by their number and by time, ns, and content of those of each topic.
+
+    Shapes are those of the first message of each topic, and a wanted series must have its own throughout.
+    """
+    content = Content({}, {})
+    for topic, count in counts.items():
+        prefix = topic.lstrip("/").replace("/", ".")
+        first = next((_named(*message, prefix) for message in messages(topic)), {})
+        content.shapes.update({name: (count, *value.shape) for name, value in first.items()})
+        rows: dict[str, list[NDArray[Any]]] = {name: [] for name in wanted if name in first}
+        for named in (_named(*message, prefix) for message in messages(topic)) if rows else ():
+            for name, values in rows.items():
+                if name not in named or named[name].shape != first[name].shape:
+                    raise InputError(f"{path}: {name} is not the same in all messages; it must have one length")
+                values.append(named[name])
+        content.arrays.update({name: np.array(values) for name, values in rows.items()})
+    return content
+
+
+def _named(stamp: int, content: Any, prefix: str) -> dict[str, NDArray[Any]]:
+    return {f"{prefix}.log_time": np.asarray(stamp * NANO), **dict(_numbers(content, prefix))}
+
+
+def _numbers(content: Any, prefix: str) -> Iterator[tuple[str, NDArray[Any]]]:
+    """Yield all numbers in a message, and arrays of them, by name."""
+    names = getattr(content, "__dataclass_fields__", None) or getattr(type(content), "__slots__", ())
+    members = content if isinstance(content, Mapping) else {name: getattr(content, name) for name in names}
+    if {"sec", "nanosec"} <= set(members):
+        yield prefix, np.asarray(members["sec"] + NANO * members["nanosec"])
+    elif members:
+        for name, member in members.items():
+            yield from _numbers(member, f"{prefix}.{name}")
+    else:
+        values = np.asarray("" if isinstance(content, str | bytes) else content)
+        if values.dtype.kind in "iufb" and values.ndim <= 1:
+            yield prefix, values
 
 
 def _library(name: str, path: Path) -> Any:
@@ -183,7 +268,7 @@ HINTS = {
 }
 """What to do with formats that are not read."""
 
-READERS: dict[str, Callable[[Path, Collection[str]], Read]] = {
+READERS: dict[str, Callable[[Path, Collection[str]], Content]] = {
     **dict.fromkeys((".csv", ".txt", ".tsv", ".dat"), _read_text),
     ".npz": _read_npz,
     ".mat": _read_mat,
