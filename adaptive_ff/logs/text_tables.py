@@ -8,7 +8,7 @@ import warnings
 from array import array
 from collections.abc import Collection, Iterator
 from contextlib import contextmanager
-from datetime import UTC, date, datetime, time, timedelta
+from datetime import UTC, datetime, timedelta
 from itertools import islice
 from pathlib import Path
 from typing import NamedTuple, TextIO
@@ -18,23 +18,11 @@ from numpy.typing import NDArray
 
 from adaptive_ff.errors import InputError, counted
 
-MINUS = "\N{MINUS SIGN}"
-"""Sign that spreadsheets and tables for print have before numbers in the place of a hyphen."""
-
-COMMENT = "#"
-"""What follows it is a comment; the last one before the numbers may be the header."""
-
-LOOKED_AT = 3
-"""Lines, without comments, that tell how a table is written."""
-
-NO_DAY = date(1970, 1, 1)
-"""Day of a time that is given without one."""
-
-UNKNOWN = ("", "nan", "-nan", "+nan")
-"""Cells, in small letters, that say that there is no value."""
-
-FORTRAN = re.compile(r"([-+]?(?:\d+\.?\d*|\.\d+))[dD]([-+]?\d+)")
-"""A number as Fortran writes one of double precision: 1.0D+02."""
+MINUS = "\N{MINUS SIGN}"  # of spreadsheets and tables for print, in the place of a hyphen
+COMMENT = "#"  # what follows it is a comment; the last one before the numbers may be the header
+LOOKED_AT = 3  # lines, without comments, that tell how a table is written
+UNKNOWN = ("", "nan", "-nan", "+nan")  # cells, in small letters, that say that there is no value
+FORTRAN = re.compile(r"([-+]?(?:\d+\.?\d*|\.\d+))[dD]([-+]?\d+)")  # a number of double precision: 1.0D+02
 
 
 class Layout(NamedTuple):
@@ -115,68 +103,57 @@ def _opened(path: Path) -> TextIO:
 
 def _layout(path: Path, *, has_header: bool = False) -> Layout:
     """Look at the first lines of a file; where it need not have a header, a first line of numbers is none."""
-    comment, open_line = "", ""
-    lines: list[tuple[str, int]] = []  # with the lines of the file until the end of each
+    comment, lines, ends = "", [""], [0]  # of each line that is looked at, the lines of the file until its end
     with _opened(path) as stream:
         for number, line in enumerate(stream, 1):
-            if not open_line and (not line.strip() or line.lstrip().startswith(COMMENT)):
-                comment = comment if lines else line.strip().lstrip(COMMENT).strip() or comment
-                continue
-            if len(lines) == LOOKED_AT:
+            goes_on = len(lines) == 2 and lines[-1].count('"') % 2 == 1  # a quoted name
+            if not goes_on and (not line.strip() or line.lstrip().startswith(COMMENT)):
+                comment = comment if lines[1:] else line.strip().lstrip(COMMENT).strip() or comment
+            elif goes_on:
+                lines[-1], ends[-1] = lines[-1] + line, number
+            elif len(lines) <= LOOKED_AT:
+                lines, ends = [*lines, line], [*ends, number]
+            else:
                 break
-            open_line += line
-            if lines or open_line.count('"') % 2 == 0:  # else a quoted name goes on in the next line
-                lines.append((open_line, number))
-                open_line = ""
-    if open_line:
-        lines.append((open_line, number))
-    separator = _separator(lines[0][0]) if lines else ""
-    first, *rows = [[cell.strip() for cell in _cells(line, separator)] for line, _ in lines] or [[]]
+    separator = _separator(lines[1]) if lines[1:] else ""
+    first, *rows = [_cells(line, separator) for line in lines[1:]] or [[]]
     if not any(first):
         raise InputError(f"{path}: the file is empty; it must have a header line and rows of numbers")
-    longest = max(map(len, first))
-    if longest > csv.field_size_limit():
-        raise InputError(f"{path}: cannot be read: a name of {longest} characters is none of a column")
-    comma = separator != "," and any(_is_comma_number(cell) for row in rows for cell in row)
+    if max(map(len, first)) > csv.field_size_limit():
+        raise InputError(f"{path}: cannot be read: a name of {max(map(len, first))} characters is none of a column")
+    comma = separator != "," and any(_is_decimal(cell) for row in rows for cell in row)
     if has_header or not all(_is_number(cell, comma) for cell in first):
-        has_units = not has_header and _are_units(rows, comma)
-        return Layout(first, separator, comma, lines[has_units][1], tuple(rows[0]) if has_units else (), is_headed=True)
-    names = [cell.strip() for cell in _cells(comment, _separator(comment))]
-    names = names if len(names) == len(first) else [str(place) for place in range(len(first))]
-    return Layout(names, separator, comma, lines[0][1] - 1)
-
-
-def _are_units(rows: list[list[str]], comma: bool) -> bool:
-    """Tell whether the first of two rows below a header holds words alone, and the second one a number."""
-    known = [[_is_number(cell, comma) for cell in row if cell.lower() not in UNKNOWN] for row in rows]
-    return len(known) == 2 and len(known[0]) > 0 and not any(known[0]) and any(known[1])
+        known = [[_is_number(cell, comma) for cell in row if cell.lower() not in UNKNOWN] for row in rows]
+        has_units = not has_header and len(rows) == 2 and known[0] != [] and not any(known[0]) and any(known[1])
+        units = tuple(rows[0]) if has_units else ()
+        return Layout(first, separator, comma, ends[1 + has_units], units, is_headed=True)
+    names = _cells(comment, _separator(comment))
+    return Layout(names if len(names) == len(first) else list(map(str, range(len(first)))), separator, comma, ends[0])
 
 
 def _separator(line: str) -> str:
     """Return what is between the cells of a line: of numbers with decimal commas, no comma."""
     for separator in (";", "\t", ""):
-        cells = [cell.strip() for cell in _cells(line, separator)] if separator in line else []
-        if len(cells) > 1 and any(map(_is_comma_number, cells)) and all(map(_is_number_with_comma, cells)):
+        cells = _cells(line, separator) if separator in line else []
+        whole = all(cell == "" or (cell[0] != "," != cell[-1] and _is_number(cell, True)) for cell in cells)
+        if len(cells) > 1 and whole and any(map(_is_decimal, cells)):
             return separator
     best = max(",;\t", key=line.count)
     return best if best in line else ""
 
 
 def _cells(line: str, separator: str) -> list[str]:
-    return next(csv.reader(line.splitlines(keepends=True), delimiter=separator), []) if separator else line.split()
+    cells = next(csv.reader(line.splitlines(keepends=True), delimiter=separator), []) if separator else line.split()
+    return [cell.strip() for cell in cells]
 
 
 def _is_number(cell: str, comma: bool) -> bool:
     return math.isfinite(_number(cell, comma, Clock()))
 
 
-def _is_comma_number(cell: str) -> bool:
+def _is_decimal(cell: str) -> bool:
+    """Tell whether a cell is a number with a decimal comma."""
     return cell.count(",") == 1 and "." not in cell and _is_number(cell, True)
-
-
-def _is_number_with_comma(cell: str) -> bool:
-    """Tell whether a cell is a number, or none, where decimals are written with a comma: 1,5 or 2, but not 1, or ,5."""
-    return cell == "" or (cell[0] != "," != cell[-1] and _is_number(cell, True))
 
 
 def _columns(
@@ -190,9 +167,8 @@ def _columns(
     values, clock = array("d"), Clock()  # a list of numbers would take eight times the memory
     words, first = 0, ""
     with _opened(path) as stream:
-        for number, row in enumerate(
-            _rows(islice(stream, layout.skipped, None), layout.separator) if wanted else (), 1
-        ):
+        rows = _rows(islice(stream, layout.skipped, None), layout.separator) if wanted else iter(())
+        for number, row in enumerate(rows, 1):
             if "\n" in "".join(row):
                 line = number + layout.skipped
                 raise InputError(f"{path}: a quote that begins in or after line {line} is not closed in that line")
@@ -220,15 +196,14 @@ def _columns(
 
 def _check_width(path: Path, layout: Layout, row: list[str], number: int) -> None:
     """Refuse a row with a number and a cell beyond those of the header; a last line of words is none."""
-    if not layout.is_headed or len(row) <= len(layout.names):
-        return
-    width = max((place for place, cell in enumerate(row, 1) if cell.strip()), default=0)
-    if width > len(layout.names) and any(_is_number(cell, layout.comma) for cell in row):
-        raise InputError(
-            f"{path}: the header has {counted(len(layout.names), 'name')}, but row {number} has {width} cells: a "
-            "column has no name (of numbers of rows, say), or commas stand for decimal points and between columns as "
-            "well"
-        )
+    if layout.is_headed and any(map(str.strip, row[len(layout.names) :])):
+        width = max(place for place, cell in enumerate(row, 1) if cell.strip())
+        if any(_is_number(cell, layout.comma) for cell in row):
+            raise InputError(
+                f"{path}: the header has {counted(len(layout.names), 'name')}, but row {number} has {width} cells: a "
+                "column has no name (of numbers of rows, say), or commas stand for decimal points and between columns "
+                "as well"
+            )
 
 
 def _rows(stream: Iterator[str], separator: str) -> Iterator[list[str]]:
@@ -242,12 +217,11 @@ def _number(cell: str, comma: bool, clock: "Clock") -> float:
     try:
         return math.nan if "_" in cell else float(cell)
     except ValueError:
-        pass
-    text = cell.strip().replace(MINUS, "-")
+        text = cell.strip().replace(MINUS, "-")
     text = FORTRAN.sub(r"\1e\2", text.replace(",", ".") if comma else text)
-    for read in (float, clock.seconds):
+    for read, one in ((float, text), (clock.seconds, cell.strip())):
         try:
-            return read(text if read is float else cell.strip())
+            return read(one)
         except ValueError:
             pass
     return math.nan
@@ -261,7 +235,7 @@ class Clock:
 
     def __init__(self) -> None:
         self._begin: datetime | None = None
-        self._last: datetime | None = None
+        self._last = datetime.min.replace(tzinfo=UTC) + timedelta(days=1)
         self._days = timedelta()
 
     def seconds(self, text: str) -> float:
@@ -273,11 +247,10 @@ class Clock:
             The text is no time.
         """
         is_of_day = ":" in text[:3]
-        moment = datetime.combine(NO_DAY, time.fromisoformat(text)) if is_of_day else datetime.fromisoformat(text)
-        known = moment if moment.tzinfo else moment.replace(tzinfo=UTC)
+        moment = datetime.fromisoformat(f"1970-01-01T{text}" if is_of_day else text)
+        moment = moment if moment.tzinfo else moment.replace(tzinfo=UTC)
         if is_of_day:
-            if self._last is not None and known + self._days < self._last - timedelta(hours=12):
-                self._days += timedelta(days=1)
-            self._last = known = known + self._days
-        self._begin = self._begin or known
-        return (known - self._begin).total_seconds()
+            self._days += timedelta(days=int(moment + self._days < self._last - timedelta(hours=12)))
+            self._last = moment = moment + self._days
+        self._begin = self._begin or moment
+        return (moment - self._begin).total_seconds()
