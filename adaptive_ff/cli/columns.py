@@ -1,7 +1,6 @@
 """Columns of a recorded log, chosen on the command line."""
 
 import math
-import re
 import shlex
 import warnings
 from collections.abc import Mapping
@@ -13,10 +12,6 @@ from adaptive_ff.errors import InputError
 
 if TYPE_CHECKING:
     from adaptive_ff.logs.log import Log
-
-
-CURRENT = re.compile(r"(current|amp(ere)?s?|(^|_)i_?q(_|$)|_A$)(\[\d+\])?", re.IGNORECASE)
-"""Name of a column that is a current."""
 
 
 class Chosen(NamedTuple):
@@ -118,19 +113,12 @@ def _with_torque_constant(
     return {**scales, torque: constant / (resistance or 1.0) * scales.get(torque, 1.0)}
 
 
-def is_current(column: str) -> bool:
-    """Tell whether the name of a column says that it is a current."""
-    from adaptive_ff.logs.column_units import says_amperes
-
-    return CURRENT.search(column) is not None or says_amperes(column)
-
-
 def is_in_amperes(named: str, factor: float | None) -> bool:
     """Tell whether a column, named with its unit, is a current that the factor which a user gave makes no torque of.
 
     One that turns milliamperes into amperes, or the sign, makes none.
     """
-    from adaptive_ff.logs.column_units import MILLIAMPERES, foreign_unit
+    from adaptive_ff.logs.columns import MILLIAMPERES, foreign_unit, is_current
 
     if not is_current(named):
         return False
@@ -146,7 +134,7 @@ def warn_of_units(
 
     ``named`` and ``columns`` hold the columns by role, with their unit and without.
     """
-    from adaptive_ff.logs.column_units import foreign_unit, unit_of_other_axis
+    from adaptive_ff.logs.columns import foreign_unit, unit_of_other_axis
 
     taken = "linear" if linear else "rotary"
     for role, column in columns.items():

@@ -18,7 +18,7 @@ from adaptive_ff.identify.selection import COLLINEAR, Data, Model, Selection, se
 from adaptive_ff.identify.simulators import simulator_text
 from adaptive_ff.identify.units import LINEAR, ROTARY, of_current
 from adaptive_ff.learning.confidence import check_confidence
-from adaptive_ff.logs.column_units import in_degrees
+from adaptive_ff.logs.columns import in_degrees
 from adaptive_ff.logs.log import KNOWN, Log, check_log
 from controllers.checks import check_numbers, checked_switch
 

@@ -1,12 +1,17 @@
-"""Columns and factors as they are named on a command line."""
+"""Columns and factors as they are named on a command line, and what names of columns say of their units.
+
+A name says its unit at its end: ``q_deg``, ``Speed [rpm]``, ``current_mA``.
+"""
 
 import math
 import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import NamedTuple
 
 from adaptive_ff.errors import InputError
 from adaptive_ff.logs.formats import is_text, read_content
+from adaptive_ff.logs.log import Log
 from adaptive_ff.logs.text_tables import table_units
 
 USUAL = {
@@ -16,6 +21,74 @@ USUAL = {
     "torque": ("torque", "u", "effort", "current"),
 }
 """Names that columns have where none are given; words with capitals, too, as ``Time``. A ``T`` may be a torque."""
+
+FASTEST_JOINT = 100.0
+"""Speed, rad/s, from which degrees are suspected."""
+
+TAKEN = {
+    "time": ("seconds", "seconds"),
+    "position": ("radians", "metres"),
+    "velocity": ("rad/s", "m/s"),
+    "torque": ("N m", "N"),
+}
+"""Units in which columns are taken, of rotary joints and of linear axes."""
+
+OWN = {"position": ("rad", "m"), "velocity": ("rad/s", "m/s"), "torque": (r"n[\s*.·]?m", "n")}
+"""How they are written in brackets, which tells the axis; an ``m`` that is not in brackets may be one of a motor."""
+
+PLACE = re.compile(r"(\[\d+\])?$")
+"""Which series of an array is picked, at the end of the name of a column."""
+
+BEFORE = r"(?:^|[\s_.,:/\[({])"
+MILLIAMPERES = "mA"
+ROTARY, LINEAR, ANY = (False,), (True,), (False, True)
+UNITS = (
+    ("time", ANY, "milliseconds", "1e-3", "ms|msec|millis|milliseconds"),
+    ("time", ANY, "microseconds", "1e-6", "us|µs|μs|usec|micros|microseconds"),
+    ("time", ANY, "nanoseconds", "1e-9", "ns|nsec|nanos|nanoseconds"),
+    ("time", ANY, "minutes", "60", "min|minutes"),
+    ("position", ROTARY, "millidegrees", "pi/180/1000", ".*mdeg"),
+    ("position", ROTARY, "degrees", "pi/180", ".*(?:deg(?:rees?)?|°)"),
+    ("position", ROTARY, "milliradians", "1e-3", "mrad"),
+    ("position", ROTARY, "turns", "2*pi", "revs?|revolutions|turns?"),
+    ("position", ROTARY, "counts", "2*pi/COUNTS_OF_A_TURN", "counts?|cnts?|incs?|increments|ticks?|pulses"),
+    ("position", LINEAR, "counts", "1/COUNTS_OF_A_METRE", "counts?|cnts?|incs?|increments|ticks?|pulses"),
+    ("position", LINEAR, "millimetres", "1e-3", "mm|millimet(?:er|re)s?"),
+    ("position", LINEAR, "micrometres", "1e-6", "um|µm|μm"),
+    ("velocity", ROTARY, "millidegrees", "pi/180/1000", ".*mdeg"),
+    (
+        "velocity",
+        ROTARY,
+        "degrees per second",
+        "pi/180",
+        ".*(?:deg(?:rees?)?|°)|(?:deg|°)/s(?:ec)?|deg_(?:per_)?s|dps",
+    ),
+    ("velocity", ROTARY, "revolutions per minute", "pi/30", r"rpm|1/min|u/min|min\^?-1|rev/min|r/min|upm"),
+    ("velocity", ROTARY, "revolutions per second", "2*pi", "rps|rev/s|rev/sec"),
+    ("velocity", ROTARY, "milliradians per second", "1e-3", "mrad/s|mrad_s"),
+    ("velocity", LINEAR, "millimetres per second", "1e-3", "mm/s|mm_s"),
+    ("velocity", LINEAR, "metres per minute", "1/60", "m/min"),
+    ("torque", ROTARY, "mN m", "1e-3", r"mnm|mn[\s*.·]m|nmm|n[\s*.·]mm"),
+    ("torque", ROTARY, "N cm", "1e-2", r"ncm|n[\s*.·]cm"),
+    ("torque", ROTARY, "kN m", "1e3", r"knm|kn[\s*.·]m"),
+    ("torque", LINEAR, "kN", "1e3", "kn"),
+    ("torque", ANY, "per cent", "RATED/100", "%|pct|percent"),
+    ("torque", ANY, "per mille", "RATED/1000", "‰|per_?mille?|promille"),
+    ("torque", ANY, MILLIAMPERES, "1e-3", "ma|milliamp(?:ere)?s?"),
+)
+"""Units by role and kind of axis: in words, the factor as ``--scale`` takes it, in capitals what only the user knows,
+and how they are written: in brackets or apart from the rest of the name, degrees as its end as well."""
+
+CURRENT = re.compile(r"current|amp(ere)?s?|(^|_)i_?q(_|$)|_a$|[\[(]a([ _.]?(rms|eff))?[\])]$")
+"""Name of a column that is a current, in A; an ``a`` after a blank may be a letter of a joint."""
+
+
+class Unit(NamedTuple):
+    """A unit that a column is in instead of the one that is taken, in words, and the factor between them."""
+
+    name: str
+    taken: str
+    factor: str
 
 
 def usual_column(path: Path, names: Sequence[str], roles: Sequence[str], ending: str = "") -> tuple[str, str]:
@@ -49,6 +122,58 @@ def with_units(path: Path, columns: Mapping[str, str]) -> dict[str, str]:
     units = table_units(path) if is_text(path) else {}
     named = {column: f"{column} [{unit.strip('[](){} ')}]" for column, unit in units.items()}
     return {role: named.get(column, column) for role, column in columns.items()}
+
+
+def foreign_unit(column: str, role: str, *, linear: bool) -> Unit | None:
+    """Return the unit that the name of a column says, where it is not the one that the column is taken in.
+
+    The role is ``time``, ``position``, ``velocity`` or that of a torque.
+    """
+    role = role if role in TAKEN else "torque"
+    for of_role, axes, name, factor, written in UNITS:
+        if of_role == role and linear in axes and re.search(BEFORE + rf"(?:{written})[\])}}]?$", _plain(column)):
+            return Unit(name, "A" if name == MILLIAMPERES else TAKEN[role][linear], factor)
+    return None
+
+
+def unit_of_other_axis(column: str, role: str, *, linear: bool) -> str | None:
+    """Return the unit that the name of a column says where only the other kind of axis, linear or rotary, has it."""
+    unit = foreign_unit(column, role, linear=not linear)
+    if unit is not None:
+        return None if foreign_unit(column, role, linear=linear) else unit.name
+    own = OWN[role][not linear] if role in OWN else "(?!)"
+    found = re.search(rf"[\[(]({own})[\])]$", PLACE.sub("", column.strip()).strip(), re.IGNORECASE)
+    return found[1] if found else None
+
+
+def is_current(column: str) -> bool:
+    """Tell whether the name of a column says that it is a current."""
+    unit = foreign_unit(column, "torque", linear=False)
+    return CURRENT.search(_plain(column)) is not None or (unit is not None and unit.name == MILLIAMPERES)
+
+
+def in_degrees(log: Log, speed: float, *, linear: bool) -> list[str]:
+    """Ask whether the motion of a log is in degrees, or in revolutions per minute, if its largest speed (rad/s) is.
+
+    Where the name of its column says another unit, that is asked instead.
+    """
+    if linear or speed <= FASTEST_JOINT:
+        return []
+    column, said, other = log.columns.get(log.moving, ""), None, None
+    if column not in log.factors:
+        said = foreign_unit(column, log.moving, linear=False)
+        other = unit_of_other_axis(column, log.moving, linear=False)
+    unit, factors = "degrees", ["pi/180"]
+    if said is not None:
+        unit, factors = said.name, [said.factor]
+    elif log.position is None:
+        unit, factors = "degrees, or in revolutions per minute", ["pi/180", "pi/30"]
+    advice = f"the axis is linear, and {other} are none of a rotary one" if other else log.scaling("motion", *factors)
+    return [f"the joint reaches {speed:.3g} rad/s: is the motion in {other or unit}? Then {advice}"]
+
+
+def _plain(column: str) -> str:
+    return PLACE.sub("", column.strip()).strip().casefold()
 
 
 def read_scales(texts: Sequence[str]) -> dict[str, float]:

@@ -2,7 +2,7 @@
 
 import pytest
 
-from adaptive_ff.logs.column_units import foreign_unit, says_amperes, unit_of_other_axis
+from adaptive_ff.logs.columns import foreign_unit, is_current, unit_of_other_axis
 
 FOREIGN = [
     ("q_deg", "position", False, "pi/180"),
@@ -65,7 +65,7 @@ def test_unit_that_is_taken_and_words_that_only_end_like_one_are_left(column, ro
     ("column", "expected"), [("Strom [mA]", True), ("I [A]", True), ("I (A rms)", True), ("gamma", False), ("M", False)]
 )
 def test_amperes_are_seen(column, expected):
-    assert says_amperes(column) is expected
+    assert is_current(column) is expected
 
 
 @pytest.mark.parametrize(

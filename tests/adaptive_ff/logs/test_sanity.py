@@ -5,10 +5,10 @@ import pytest
 from synthetic_logs import JOINT, make_log
 
 from adaptive_ff import InputError
-from adaptive_ff.cli.columns import is_current
 from adaptive_ff.identify.identification import identify_log
 from adaptive_ff.identify.units import LINEAR, ROTARY, of_current
 from adaptive_ff.logs.cleaning import STEPS, clean
+from adaptive_ff.logs.columns import is_current
 from adaptive_ff.logs.defects import Skipped, find_jumps
 from adaptive_ff.logs.log import Log
 from adaptive_ff.replay.replay import replay_log
