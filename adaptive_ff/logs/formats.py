@@ -237,8 +237,9 @@ def _named(stamp: int, content: Any, prefix: str) -> dict[str, NDArray[Any]]:
 
 def _numbers(content: Any, prefix: str) -> Iterator[tuple[str, NDArray[Any]]]:
     """Yield all numbers in a message, and arrays of them, by name."""
-    names = getattr(content, "__dataclass_fields__", None) or getattr(type(content), "__slots__", ())
-    members = content if isinstance(content, Mapping) else {name: getattr(content, name) for name in names}
+    names = getattr(content, "__dataclass_fields__", getattr(type(content), "__slots__", ()))
+    is_mapping = isinstance(content, Mapping)
+    members: Mapping[str, Any] = content if is_mapping else {name: getattr(content, name) for name in names}
     if {"sec", "nanosec"} <= set(members):
         yield prefix, np.asarray(members["sec"] + NANO * members["nanosec"])
     elif members:

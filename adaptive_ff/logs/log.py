@@ -24,11 +24,7 @@ from controllers.checks import check_numbers
 Array = NDArray[np.float64]
 
 PICKED = re.compile(r"(?P<name>.+)\[(?P<place>\d+)\]")
-"""``NAME[3]``."""
-
 KINDS = {"U": "text", "S": "text", "c": "complex numbers"}
-"""What an array holds that numpy says of which kind; of others its own word for it."""
-
 KNOWN = "known torque"
 """Role of the column of a torque that is subtracted."""
 
@@ -163,46 +159,26 @@ def read_log(
         check_kind(argument.replace(" ", "_"), column, kinds, "the name of a column")
     for argument, mapping in (("extra", extra), ("scale", scale)):
         check_kind(argument, mapping, (Mapping, NoneType), "by name, such as {'NAME': ...}")
-    for name, column in (extra or {}).items():
+    further, factors = dict(extra or {}), dict(scale or {})
+    for name, column in further.items():
         check_kind(f"extra[{name!r}]", column, str, "the name of a column")
-    if (position is None) == (velocity is None):
-        raise InputError(f"{file}: a position or a velocity must be named, one of them")
-    if (time is None) == (period is None):
-        raise InputError(f"{file}: a column of time or a period must be given, one of them")
+    for one, other, needed in (
+        (position, velocity, "a position or a velocity must be named"),
+        (time, period, "a column of time or a period must be given"),
+    ):
+        if (one is None) == (other is None):
+            raise InputError(f"{file}: {needed}, one of them")
     if period is not None:
         check_numbers(period=period)
         if not (math.isfinite(period) and period > 0.0):
             raise InputError(f"{file}: period = {period:g} s is not allowed: it must be positive")
     columns = {role: column for role, column in given.items() if column is not None}
+    roles = {column: role for role, column in reversed(columns.items())}
     for role, column in columns.items():
-        other = next(one for one in columns if columns[one] == column)
-        if other != role:
-            raise InputError(f"{file}: the column {column} is given as {other} and as {role}; each must have its own")
-    columns |= {f"extra {name}": column for name, column in (extra or {}).items()}
-    factors = dict(scale or {})
-    _check_factors(file, factors, columns)
-    bases = [match["name"] for column in columns.values() if (match := PICKED.fullmatch(column))]
-    content = read_content(file, dict.fromkeys([*columns.values(), *bases]))
-    series = {role: _series(file, content, column, factors.get(column, 1.0)) for role, column in columns.items()}
-    size = series["torque"].size
-    for role, values in series.items():
-        if values.size != size:
-            raise InputError(
-                f"{file}: {columns[role]} has {counted(values.size, 'sample')}, {torque} has {size}; they must be alike"
-            )
-    clock = series.get("time", (period or 0.0) * np.arange(size, dtype=np.float64))
-    named = {name: series[f"extra {name}"] for name in extra or {}}
-    named |= {KNOWN: series[KNOWN]} if KNOWN in series else {}
-    driven = series["torque"] - series[KNOWN] if KNOWN in series else series["torque"]
-    return Log(str(file), clock, driven, series.get("position"), series.get("velocity"), named, columns, factors)
-
-
-def check_log(name: str, log: Any) -> None:
-    """Raise a TypeError for what is no log, such as the path of one."""
-    check_kind(name, log, Log, "a Log: read_log(path, time=..., position=..., torque=...) reads a file")
-
-
-def _check_factors(file: Path, factors: Mapping[str, float], columns: Mapping[str, str]) -> None:
+        if roles[column] != role:
+            first = f"the column {column} is given as {roles[column]} and as {role}"
+            raise InputError(f"{file}: {first}; each must have its own")
+    columns |= {f"extra {name}": column for name, column in further.items()}
     for name, factor in factors.items():
         if name not in columns.values():
             used = ", ".join(dict.fromkeys(columns.values()))
@@ -210,6 +186,24 @@ def _check_factors(file: Path, factors: Mapping[str, float], columns: Mapping[st
         check_numbers(**{f"scale[{name!r}]": factor})
         if not (math.isfinite(factor) and factor != 0.0):
             raise InputError(f"{file}: scale: {name} = {factor:g} is not allowed: it must be finite and not zero")
+    bases = [match["name"] for column in columns.values() if (match := PICKED.fullmatch(column))]
+    content = read_content(file, dict.fromkeys([*columns.values(), *bases]))
+    series = {role: _series(file, content, column, factors.get(column, 1.0)) for role, column in columns.items()}
+    size = series["torque"].size
+    for role, values in series.items():
+        if values.size != size:
+            has = f"{columns[role]} has {counted(values.size, 'sample')}"
+            raise InputError(f"{file}: {has}, {torque} has {size}; they must be alike")
+    named = {name: series[f"extra {name}"] for name in further}
+    clock, driven = series.get("time", (period or 0.0) * np.arange(size, dtype=np.float64)), series["torque"]
+    if KNOWN in series:
+        named[KNOWN], driven = series[KNOWN], driven - series[KNOWN]
+    return Log(str(file), clock, driven, series.get("position"), series.get("velocity"), named, columns, factors)
+
+
+def check_log(name: str, log: Any) -> None:
+    """Raise a TypeError for what is no log, such as the path of one."""
+    check_kind(name, log, Log, "a Log: read_log(path, time=..., position=..., torque=...) reads a file")
 
 
 def _series(file: Path, content: Content, column: str, factor: float) -> Array:
@@ -221,8 +215,7 @@ def _series(file: Path, content: Content, column: str, factor: float) -> Array:
         pick = f"to pick a series of it write {column}[0]" if array.ndim == 2 else "it must have one axis or two"
         wrong = f"{column} has shape {content.shapes[column]}; {pick}" if array.ndim != 1 else ""
     elif match and match["name"] in content.arrays:
-        name, place = match["name"], int(match["place"])
-        table = content.arrays[name]
+        name, place, table = match["name"], int(match["place"]), content.arrays[match["name"]]
         count = min(table.shape, default=0)
         if table.ndim == 1:
             wrong = f"{name} is a single series: write {name}, not {column}"
@@ -232,23 +225,18 @@ def _series(file: Path, content: Content, column: str, factor: float) -> Array:
             array = table[:, place] if table.shape[1] == count else table[place]
     else:
         wrong = f"there is no column {column}; there are {content.listed()}"
+    if array.dtype.kind == "M":  # times, in seconds from the first one
+        known = array[~np.isnat(array)]
+        array = array - (known[0] if known.size else np.datetime64("NaT"))
     if array.dtype.kind == "m" and np.datetime_data(array.dtype)[0] in "YM":
         wrong = f"{column} holds months or years, which are no time in seconds"
-    elif array.dtype.kind in "Mm":
-        array = _seconds(array)
-    if array.dtype.kind not in "iufb" and not wrong:
-        wrong = f"{column} holds {KINDS.get(array.dtype.kind, str(array.dtype))}; it must hold real numbers"
+    elif array.dtype.kind == "m":
+        array = array / np.timedelta64(1, "s")
+    elif array.dtype.kind not in "iufb":
+        wrong = wrong or f"{column} holds {KINDS.get(array.dtype.kind, str(array.dtype))}; it must hold real numbers"
     if wrong:
         raise InputError(f"{file}: {wrong}")
     values: Array = np.ascontiguousarray(array, dtype=np.float64)
     if values.size and not np.any(np.isfinite(values)):
         raise InputError(f"{file}: {column} holds no finite number")
     return values if factor == 1.0 else values * factor
-
-
-def _seconds(array: NDArray[Any]) -> Array:
-    """Return durations in seconds, and times in seconds from the first one; what is no time becomes NaN."""
-    if array.dtype.kind == "M":
-        known = array[~np.isnat(array)]
-        array = array - (known[0] if known.size else np.datetime64("NaT"))
-    return np.asarray(array / np.timedelta64(1, "s"), dtype=np.float64)
