@@ -1,6 +1,5 @@
 """Option ``--scheduler``: runs go to the workers of a Dask cluster instead of the cores of this machine."""
 
-import asyncio
 from collections.abc import Iterator
 from concurrent.futures import Executor
 from contextlib import contextmanager
@@ -18,6 +17,8 @@ def workers(scheduler: str | None) -> Iterator[Executor | None]:
     if scheduler is None:
         yield None
         return
+    import asyncio
+
     try:
         import distributed
     except ImportError as error:

@@ -87,7 +87,7 @@ def commission_command(
     from adaptive_ff.files import write_csv
     from adaptive_ff.identify.identification import identify_log
     from adaptive_ff.logs.log import read_log
-    from adaptive_ff.report.identified import parameters_table, verdict_lines
+    from adaptive_ff.report.log_words import parameters_table, verdict_lines
     from adaptive_ff.report.study_pictures import plot_excitation
     from adaptive_ff.report.tables import best_table
     from adaptive_ff.scenario.file import to_toml

@@ -60,12 +60,12 @@ class Guard:
 
     def gate(self, scenario: "Scenario", seeds: int) -> "Gate | None":
         """Return the gate, checked; None without a baseline."""
-        from adaptive_ff.comparison.gate import Gate, read_baseline
-
         if self.baseline is None:
             if self.tolerance or self.guard or self.metric or self.across:
                 raise InputError("--tolerance, --guard, --metric and --across need a --baseline to compare with")
             return None
+        from adaptive_ff.comparison.gate import Gate, read_baseline
+
         return Gate(
             read_baseline(self.baseline),
             scenario,

@@ -126,8 +126,8 @@ def _write_scenario(found: "LogIdentification", stage: Path) -> str | None:
 
 
 def _shown(found: "LogIdentification", columns: str, refused: str | None, out: Path, *, details: bool) -> list[Any]:
-    from adaptive_ff.report.identified import details as explained
-    from adaptive_ff.report.identified import map_table, next_step, parameters_table, verdict_lines
+    from adaptive_ff.report.log_words import details as explained
+    from adaptive_ff.report.log_words import map_table, next_step, parameters_table, verdict_lines
 
     unwritten = [] if refused is None else [f"No scenario is written: {refused}{_left_behind(out)}"]
     tables = [table for table in (parameters_table(found), map_table(found)) if table is not None]
@@ -175,7 +175,7 @@ def score_command(
 ) -> None:
     """Identify one log, and simulate another one with that model from its torque alone, in open loop."""
     from adaptive_ff.identify.score import score_log
-    from adaptive_ff.report.identified import parameters_table, score_lines
+    from adaptive_ff.report.log_words import parameters_table, score_lines
 
     taken = chosen_columns(train, columns, linear=linear)
     logs = [taken.read(path) for path in (train, test)]

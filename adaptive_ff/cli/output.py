@@ -71,9 +71,9 @@ class Results:
 
     def write_series(self, found: Any) -> None:
         """Write the series of a result for viewers where ``--mcap`` asks for them."""
-        from adaptive_ff.report.viewers import layout, write_mcap
-
         if files := series_files(self.output):
+            from adaptive_ff.report.viewers import layout, write_mcap
+
             write_mcap(self.beside[files[0]], found)
             self.beside[files[1]].write_text(layout(found), encoding="utf-8")
 

@@ -49,8 +49,7 @@ def replay_command(
     """Replay a recorded log, and show which torque adaptive feedforward would have left to the feedback."""
     from adaptive_ff.replay.learning import learn_in_place
     from adaptive_ff.replay.replay import FEEDFORWARD, replay_log
-    from adaptive_ff.report.tables import left_table
-    from adaptive_ff.report.verdicts import replay_lines
+    from adaptive_ff.report.log_words import left_table, replay_lines
 
     extra = {} if feedforward is None else {FEEDFORWARD: feedforward}
     taken = chosen_columns(log, columns, linear=learning.linear, further=extra)

@@ -7,9 +7,8 @@ from collections.abc import Iterable, Mapping
 from functools import cache
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from jinja2 import Environment, PackageLoader, Template
 from matplotlib.figure import Figure
 
 from adaptive_ff import __version__
@@ -17,6 +16,9 @@ from adaptive_ff.comparison.comparison import Comparison
 from adaptive_ff.report.comparison_pictures import plot_comparison
 from adaptive_ff.report.table import Table
 from adaptive_ff.report.tables import comparison_tables
+
+if TYPE_CHECKING:
+    from jinja2 import Template
 
 NAME = "report.html"
 """Of the file in the folder of the results."""
@@ -26,7 +28,9 @@ LIBRARIES = ("numpy", "scipy", "matplotlib")
 
 
 @cache
-def _template() -> Template:
+def _template() -> "Template":
+    from jinja2 import Environment, PackageLoader  # here, not above: few commands write a page
+
     return Environment(loader=PackageLoader("adaptive_ff.report", ""), autoescape=True).get_template("page.html")
 
 

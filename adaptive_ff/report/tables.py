@@ -2,36 +2,30 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from adaptive_ff.comparison.comparison import BASELINE, Comparison
 from adaptive_ff.comparison.reference_lines import NOISE_FLOOR
 from adaptive_ff.comparison.registry import CONTROLLERS
 from adaptive_ff.friction.model import PER_DIRECTION, unit_of
-from adaptive_ff.replay.replay import COLD, FIXED, NONE, RECORDED, SAVED, Replay
 from adaptive_ff.report.table import DEVIATIONS, Cell, Columns, Table, table
 from adaptive_ff.scenario.axis_units import axis_unit
 from adaptive_ff.scenario.library import grouped
 from adaptive_ff.scenario.loop import load_step
 from adaptive_ff.scenario.truth import last_model, true_waves
-from adaptive_ff.studies.bandwidth_study import BandwidthStudy
-from adaptive_ff.studies.matrix import OURS, Cells, Results, collect, mean_gain
-from adaptive_ff.studies.motion import Excitation
+from adaptive_ff.studies.matrix import OURS, Cells, collect, mean_gain
 from adaptive_ff.studies.sweep import CLASSES, HUNTING
+
+if TYPE_CHECKING:
+    from adaptive_ff.studies.bandwidth_study import BandwidthStudy
+    from adaptive_ff.studies.matrix import Results
+    from adaptive_ff.studies.motion import Excitation
 
 IMPROVEMENT = "over pi"
 """Heading of the error of PI over that of the controller."""
 
 LEGEND = f"{IMPROVEMENT}: settled error of pi over its own, above 1 is better; settled: last half"
 """What the columns of the tables of errors mean."""
-
-FEEDFORWARDS = {
-    NONE: "none",
-    RECORDED: "the machine's own, as recorded",
-    FIXED: "fixed model of the first half",
-    COLD: "adaptive, cold start",
-    SAVED: "adaptive, from the saved state",
-}
 
 AT_AN_END = {True: "slowest", False: "fastest"}
 """What is said beside a best bandwidth that is the first or the last of those that were tried."""
@@ -185,7 +179,7 @@ def ranking_table(cells: Cells, title: str) -> Table:
     return table(title, rows, {"controller": None, **dict.fromkeys(heads, ("", 3))}, styles=highlights(names))
 
 
-def standstill_table(results: Results) -> Table | None:
+def standstill_table(results: "Results") -> Table | None:
     """Return what moved at standstill; None where the reference of no scenario stands still."""
     still = {job: found for job, found in results.items() if found[BASELINE].get("standstill") is not None}
     if not still:
@@ -197,7 +191,7 @@ def standstill_table(results: Results) -> Table | None:
     return table("Peak-to-peak true velocity at standstill, median over seeds", rows, columns)
 
 
-def loops_table(study: BandwidthStudy) -> Table:
+def loops_table(study: "BandwidthStudy") -> Table:
     """Return what the PI loop is like at each bandwidth: margins, noise, stiffness, and whether it hunts."""
     axis, step = study.scenario.joint.axis, load_step(study.scenario, study.load)
     columns: Columns = {
@@ -216,7 +210,7 @@ def loops_table(study: BandwidthStudy) -> Table:
     return table(f"PI loop: margins, sensor noise (rms), angle lost to a load, peak after {load}", rows, columns)
 
 
-def errors_table(study: BandwidthStudy) -> Table:
+def errors_table(study: "BandwidthStudy") -> Table:
     """Return the errors that each controller leaves at each bandwidth, what is recommended, and the Pareto front."""
     speed, front = (axis_unit(study.scenario.joint.axis, "rad/s"), 3), study.front()
     rows: list[list[Cell]] = []
@@ -231,7 +225,7 @@ def errors_table(study: BandwidthStudy) -> Table:
     return table("Settled error and error after a step of the load (rms), tuning seeds; Pareto front", rows, columns)
 
 
-def best_table(study: BandwidthStudy) -> Table:
+def best_table(study: "BandwidthStudy") -> Table:
     """Return what each controller reaches at its own best bandwidth, and in the loop of the scenario."""
     feedback = study.scenario.feedback
     speed = (axis_unit(study.scenario.joint.axis, "rad/s"), 3)
@@ -250,7 +244,7 @@ def best_table(study: BandwidthStudy) -> Table:
     return table(title, rows, columns, styles=highlights(study.own))
 
 
-def motion_tables(motion: Excitation, *, linear: bool = False) -> list[Table]:
+def motion_tables(motion: "Excitation", *, linear: bool = False) -> list[Table]:
     """Return what a motion needs beside its limits, and its intervals over those of a minute of multisine."""
     axis = "linear" if linear else "rotary"
     units = {"position": "rad", "velocity": "rad/s", "acceleration": "rad/s^2", "torque": "N m"}
@@ -264,15 +258,3 @@ def motion_tables(motion: Excitation, *, linear: bool = False) -> list[Table]:
         table(f"Motion of {motion.reference.period:g} s", rows, columns),
         table("95 % intervals over those of 60 s of multisine", [list(motion.sizes.values())], sizes),
     ]
-
-
-def left_table(replay: Replay) -> Table:
-    """Return the torque left by each feedforward, one a row."""
-    title = f"Torque left to the feedback (rms) in a band of {replay.band:.3g} Hz"
-    rows: list[list[Cell]] = [
-        [words, *(float(value) for value in replay.left[name])]
-        for name, words in FEEDFORWARDS.items()
-        if name in replay.left
-    ]
-    columns: Columns = dict.fromkeys(("whole log", "second half", "joint moves"), (replay.unit, 3))
-    return table(title, rows, {"feedforward": None, **columns})

@@ -5,7 +5,6 @@ from typing import Any
 
 from adaptive_ff.comparison.verdict import Verdict
 from adaptive_ff.report.table import DEVIATIONS, shown
-from adaptive_ff.report.tables import FEEDFORWARDS
 
 LIMITS = {
     "saturation": ("the torque limit", "take a larger drive, or a slower reference"),
@@ -64,18 +63,6 @@ def matrix_lines(found: Mapping[str, Any]) -> list[str]:
         f"{found['scenarios']} scenarios, {found['worst_over_pi']:.3g} times on {found['worst']}; {below}. "
         f"Next: adaptive-ff compare {found['worst']}."
     ]
-
-
-def replay_lines(found: Mapping[str, Any]) -> list[str]:
-    """Return the verdict of a replay."""
-    first = f"Verdict: {FEEDFORWARDS[found['best']]}"
-    if not found["worth"]:
-        return [f"{first}: no feedforward is worth it here. Next: what is known of the load (--known-torque)."]
-    first += f", {found['over_none']:.3g} times less torque left than without"
-    if found["over_recorded"] is not None and found["best"] != "recorded":
-        first += f", {found['over_recorded']:.3g} times less than with the machine's own"
-    step = "adaptive-ff identify, then export the controller with its scenario.toml"
-    return [f"{first} (second half). Next: {step}.", parameters_line(found["given"], found["identified"])]
 
 
 def parameters_line(

@@ -6,9 +6,9 @@ from pathlib import Path
 from typing import Annotated, Literal, Self
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
-from scipy.interpolate import CubicSpline, PchipInterpolator
 
 from adaptive_ff.errors import InputError
 from adaptive_ff.logs.text_tables import read_complete_table
@@ -131,7 +131,7 @@ class Motion:
             )
         self.name = name
         self.duration = float(elapsed[-1])
-        shape = CubicSpline if is_position else PchipInterpolator
+        shape = scipy.interpolate.CubicSpline if is_position else scipy.interpolate.PchipInterpolator
         try:
             with np.errstate(all="ignore"):
                 curve = shape(elapsed, values)

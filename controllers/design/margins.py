@@ -6,8 +6,8 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.optimize import brentq
 
 FREQUENCIES = 2000
 """Points of the frequency response from the slowest frequency to the Nyquist frequency."""
@@ -86,6 +86,6 @@ def largest_setting(opened: Callable[[float], OpenLoop], bound: float, start: fl
     while slow < end:
         fast = min(1.2 * slow, end)
         if reserve(fast) < 0.0:
-            return float(brentq(reserve, slow, fast, xtol=1e-9))
+            return float(scipy.optimize.brentq(reserve, slow, fast, xtol=1e-9))
         slow = fast
     return end

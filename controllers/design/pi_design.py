@@ -138,21 +138,24 @@ def design_pi(
     check_positive(inertia=inertia)
     if friction is not None and not callable(friction):
         raise TypeError(f"friction = {friction!r} is not allowed: it must be a function of the speed")
-    largest = fastest_bandwidth(period, delay, maximum_sensitivity, velocity)
+    _check_loop(period, delay, maximum_sensitivity)
+    bound = (period, delay, maximum_sensitivity, velocity)
     if bandwidth is None:
-        bandwidth = largest
+        bandwidth = fastest_bandwidth(*bound)
     check_positive(bandwidth=bandwidth)
-    if bandwidth > largest * (1.0 + 1e-6):
-        filtered = "" if filter_of(velocity) == NO_FILTER else " and velocity filter"
-        raise ValueError(
-            f"bandwidth = {bandwidth:g} Hz is not allowed: with a period of {period:g} s, {int(delay)} periods of "
-            f"delay{filtered} and a maximum sensitivity of {maximum_sensitivity:g} it must be at most {largest:.7g} Hz"
-        )
+    relative = max(bandwidth * period, SLOWEST)  # margins no longer depend on a bandwidth slower than that
+    if relative > 0.5 or _margins(relative, int(delay), filter_of(velocity)).maximum_sensitivity > maximum_sensitivity:
+        largest = fastest_bandwidth(*bound)
+        if bandwidth > largest * (1.0 + 1e-6):
+            filtered = "" if filter_of(velocity) == NO_FILTER else " and velocity filter"
+            raise ValueError(
+                f"bandwidth = {bandwidth:g} Hz is not allowed: with a period of {period:g} s, {int(delay)} periods of "
+                f"delay{filtered} and a maximum sensitivity of {maximum_sensitivity:g} it must be at most "
+                f"{largest:.7g} Hz"
+            )
     proportional, integral = pi_gains(inertia, bandwidth)
     if friction is not None:
         _warn_of_hunting(friction, proportional)
-    # margins no longer depend on a bandwidth this slow
-    relative = max(bandwidth * period, SLOWEST)
     margins = _margins(relative, int(delay), filter_of(velocity))
     return PIDesign(
         **{**asdict(margins), "crossover": margins.crossover * bandwidth / relative},
@@ -189,10 +192,14 @@ def fastest_bandwidth(
     TypeError
         An argument is no number, or the estimator of no known class.
     """
+    _check_loop(period, delay, maximum_sensitivity)
+    return _fastest_relative(int(delay), float(maximum_sensitivity), filter_of(velocity)) / period
+
+
+def _check_loop(period: float, delay: int, maximum_sensitivity: float) -> None:
     check_positive(period=period)
     check_whole_delay(delay)
     check_sensitivity(maximum_sensitivity)
-    return _fastest_relative(int(delay), float(maximum_sensitivity), filter_of(velocity)) / period
 
 
 @cache

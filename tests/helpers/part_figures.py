@@ -27,7 +27,7 @@ from adaptive_ff.export.sample import made_up_inputs
 from adaptive_ff.friction.model import WITH_GRAVITY
 from adaptive_ff.identify.scenario_text import scenario_text
 from adaptive_ff.identify.simulators import ENDINGS
-from adaptive_ff.report.identified import details, verdict_lines
+from adaptive_ff.report.log_words import details, verdict_lines
 from controllers import (
     PI,
     DisturbanceObserver,

@@ -5,8 +5,8 @@ import pytest
 from synthetic_logs import make_log, sines_log
 
 from adaptive_ff.identify.identification import identify_log
-from adaptive_ff.report.identified import details, map_table, next_step, parameters_table, verdict_lines
 from adaptive_ff.report.log_pictures import PICTURES
+from adaptive_ff.report.log_words import details, map_table, next_step, parameters_table, verdict_lines
 
 pytestmark = pytest.mark.usefixtures("drawn")
 

@@ -1,13 +1,16 @@
-"""An identified log and its open-loop score in words: a table, a verdict, and what to do next."""
+"""What was made of a recorded log in words: identification, open-loop score, replay; verdicts, what to do next."""
 
 import shlex
+from collections.abc import Mapping
+from typing import Any
 
 from adaptive_ff.identify.identification import SAYS, LogIdentification
 from adaptive_ff.identify.result import CARE, GOOD, LEFT, WIDE
 from adaptive_ff.identify.score import Score
 from adaptive_ff.identify.selection import Parameter
 from adaptive_ff.identify.units import unit_of
-from adaptive_ff.report.table import Cell, Table, shown, table
+from adaptive_ff.replay.replay import COLD, FIXED, NONE, RECORDED, SAVED, Replay
+from adaptive_ff.report.table import Cell, Columns, Table, shown, table
 from adaptive_ff.report.verdicts import parameters_line
 
 NAMES = {"viscous_asymmetry": "by direction", "stiction_excess": "stiction − coulomb", "torque_delay": "torque delay"}
@@ -25,6 +28,14 @@ SCORES = {
     "does not follow": "the model does not follow the joint",
 }
 """Verdicts of a score in words."""
+
+FEEDFORWARDS = {
+    NONE: "none",
+    RECORDED: "the machine's own, as recorded",
+    FIXED: "fixed model of the first half",
+    COLD: "adaptive, cold start",
+    SAVED: "adaptive, from the saved state",
+}
 
 
 def parameters_table(found: LogIdentification) -> Table:
@@ -116,6 +127,30 @@ def score_lines(score: Score) -> list[str]:
         f"{_percent(score.torque_left)}.",
         f"Verdict: {SCORES[score.grade]}.",
     ]
+
+
+def left_table(replay: Replay) -> Table:
+    """Return the torque left by each feedforward, one a row."""
+    title = f"Torque left to the feedback (rms) in a band of {replay.band:.3g} Hz"
+    rows: list[list[Cell]] = [
+        [words, *(float(value) for value in replay.left[name])]
+        for name, words in FEEDFORWARDS.items()
+        if name in replay.left
+    ]
+    columns: Columns = dict.fromkeys(("whole log", "second half", "joint moves"), (replay.unit, 3))
+    return table(title, rows, {"feedforward": None, **columns})
+
+
+def replay_lines(found: Mapping[str, Any]) -> list[str]:
+    """Return the verdict of a replay."""
+    first = f"Verdict: {FEEDFORWARDS[found['best']]}"
+    if not found["worth"]:
+        return [f"{first}: no feedforward is worth it here. Next: what is known of the load (--known-torque)."]
+    first += f", {found['over_none']:.3g} times less torque left than without"
+    if found["over_recorded"] is not None and found["best"] != "recorded":
+        first += f", {found['over_recorded']:.3g} times less than with the machine's own"
+    step = "adaptive-ff identify, then export the controller with its scenario.toml"
+    return [f"{first} (second half). Next: {step}.", parameters_line(found["given"], found["identified"])]
 
 
 def _is_mapped(name: str) -> bool:
