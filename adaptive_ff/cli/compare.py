@@ -2,7 +2,9 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from importlib import import_module
 from pathlib import Path
+from threading import Thread
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -127,7 +129,6 @@ def compare_command(
     from adaptive_ff.comparison.registry import CONTROLLERS
     from adaptive_ff.comparison.verdict import verdict
     from adaptive_ff.files import write_csv
-    from adaptive_ff.report.comparison_pictures import PICTURES
     from adaptive_ff.report.tables import LEGEND, comparison_tables
     from adaptive_ff.report.verdicts import comparison_lines
     from adaptive_ff.scenario.file import to_toml
@@ -145,6 +146,9 @@ def compare_command(
     warn(loaded.cautions())
     with staged_results(output) as results:
         try:
+            Thread(
+                target=import_module, args=("matplotlib.figure",)
+            ).start()  # loops and compilers leave it a processor
             with bars(*loaded.controllers, *mine) as done:
                 comparison = compare(loaded, own=mine, progress=done, thin=thin, seeds=seeds)
         except ArithmeticError as error:
@@ -162,6 +166,8 @@ def compare_command(
         result = {**comparison.to_dict(), "verdict": vars(found)}
         results.write("result.json", result, shown, comparison.plot(None), title=title, details=details)
         results.shown.append(f"Plots, time series and result.json are in {output.out}")
+        from adaptive_ff.report.comparison_pictures import PICTURES
+
         results.left_behind(PICTURES, [f"{name}.csv" for name in CONTROLLERS])
     return 0 if gate is None else _judge(gate, comparison, guard.baseline)
 

@@ -16,6 +16,7 @@ from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.axis import Axis
 from matplotlib.figure import Figure
+from matplotlib.layout_engine import LayoutEngine
 from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullLocator
 from matplotlib.transforms import ScaledTranslation
@@ -31,7 +32,10 @@ Look = Mapping[str, Any]
 COLUMNS = 2000  # that a long series is thinned to: more than a picture has pixels across
 
 WIDTH = 8.0  # inches of a figure
+SIZE, SMALL = 9.0, 6.5  # points of letters, and of those of the line below
+LINE = 1.25 * SIZE  # points of a line of text
 LIFT = 5.0  # points between a panel and its label
+TICK = 3.5  # points of a tick, and between it and its label
 INK, QUIET = "#222222", "#8a8a8a"
 
 STYLE: Any = {
@@ -39,8 +43,8 @@ STYLE: Any = {
     **dict.fromkeys(("axes.labelcolor", "xtick.labelcolor", "ytick.labelcolor", "text.color"), INK),
     **dict.fromkeys(("axes.spines.top", "axes.spines.right", "legend.frameon"), False),
     **dict.fromkeys(("axes.grid", "axes.axisbelow"), True),
-    **{"grid.color": "#e6e6e6", "grid.linewidth": 0.6, "lines.linewidth": 1.0, "font.size": 9.0},
-    **{"axes.labelsize": 9.0, "xtick.labelsize": 9.0, "ytick.labelsize": 9.0, "legend.fontsize": 9.0},
+    **{"grid.color": "#e6e6e6", "grid.linewidth": 0.6, "lines.linewidth": 1.0, "font.size": SIZE},
+    **{"axes.labelsize": SIZE, "xtick.labelsize": SIZE, "ytick.labelsize": SIZE, "legend.fontsize": SIZE},
 }
 
 MEASURED: Look = {"color": "#a6a6a6", "linewidth": 2.0, "label": "measured"}
@@ -133,12 +137,43 @@ def explain_looks(figure: Figure, looks: Iterable[Look]) -> None:
 
 def make_panels(rows: int, height: float, *, shared: bool = True) -> tuple[Figure, list[Axes]]:
     """Make a figure of panels below each other; the height is in inches."""
-    figure = Figure(figsize=(WIDTH, height), layout="constrained")
+    figure = Figure(figsize=(WIDTH, height), layout=Rows())
     panels = list(figure.subplots(rows, 1, sharex=shared, squeeze=False)[:, 0])
     for axes in panels:
         axes.yaxis.set_major_locator(MaxNLocator(5 if rows > 1 else 8, steps=[1, 2, 2.5, 5, 10]))
         axes.ticklabel_format(style="plain", useOffset=False)
     return figure, panels
+
+
+class Rows(LayoutEngine):
+    """Margins of panels below each other, by the letters in them: a constrained layout draws all twice to measure."""
+
+    _adjust_compatible = _colorbar_gridspec = False
+
+    def execute(self, fig: Figure) -> None:
+        """Place the panels of a figure, all of one height."""
+        width, height = (72.0 * float(side) for side in fig.get_size_inches())
+        left = max(_width_of(axes.yaxis) for axes in fig.axes) + 3.0 * TICK
+        right = 0.5 * max(_width_of(axes.xaxis) for axes in fig.axes) + TICK
+        below = [_height_below(axes) for axes in fig.axes]
+        end = height - TICK - sum(72.0 / fig.dpi * one.get_window_extent().height for one in fig.legends)
+        high = (end - sum(below) - 2.0 * SMALL) / len(below) - LIFT - LINE
+        for axes, under in zip(fig.axes, below, strict=True):
+            end -= LIFT + LINE + high
+            axes.set_position((left / width, end / height, 1.0 - (left + right) / width, high / height))
+            end -= under
+
+
+def _width_of(axis: Axis) -> float:
+    """Return the width of the widest label of an axis, roughly, in points."""
+    labels = axis.get_major_formatter().format_ticks(list(axis.get_majorticklocs()))
+    return 0.65 * SIZE * max(map(len, labels), default=0)
+
+
+def _height_below(axes: Axes) -> float:
+    """Return the height of ticks, their labels and the axis label below a panel, in points."""
+    labels = LINE + TICK if axes.xaxis.get_tick_params().get("labelbottom", True) else 0.0
+    return 1.5 * TICK + labels + (LINE + TICK if axes.get_xlabel() else 0.0)
 
 
 def plain_name(name: str) -> str:
@@ -209,7 +244,7 @@ def stamp(figures: Iterable[Figure], source: str) -> None:
     """Say below each picture where it comes from (scenario and seed, or the log) and which version drew it."""
     text = source.replace("$", r"\$")
     for figure in figures:
-        figure.supxlabel(f"{text}, adaptive-ff {__version__}", x=0.99, ha="right", size=6.5, color=QUIET)
+        figure.supxlabel(f"{text}, adaptive-ff {__version__}", x=0.99, ha="right", size=SMALL, color=QUIET)
 
 
 def write_figures(figures: Mapping[str, Figure], folder: Path, formats: Sequence[str]) -> None:
@@ -247,13 +282,16 @@ def write_figure(figure: Figure, path: Path) -> None:
     make_folder(path.parent)
     unfinished = path.with_name(f".{path.name}.{os.getpid()}.unfinished")
     engine = figure.get_layout_engine()
-    assert engine is not None
-    engine.execute(figure)
-    figure.set_layout_engine("none")  # saving would lay out again, which takes twice the time
+    if engine is not None:
+        engine.execute(figure)
     try:
         ending = path.suffix[1:].lower() or "png"
-        program = {"png": "Software"}.get(ending, "Creator")
-        figure.savefig(unfinished, format=ending, dpi=150, metadata={program: f"adaptive-ff {__version__}"})
+        program = "Software" if ending == "png" else "Creator"
+        more: Any = {"pil_kwargs": {"compress_level": 1}} if ending == "png" else {}  # a tenth larger, twice as fast
+        with rc_context(dict.fromkeys(("figure.autolayout", "figure.constrained_layout.use"), False)):
+            figure.set_layout_engine(None)  # else saving would draw twice, to lay out again
+            metadata = {program: f"adaptive-ff {__version__}"}
+            figure.savefig(unfinished, format=ending, dpi=150, metadata=metadata, **more)
         os.replace(unfinished, path)
     finally:
         figure.set_layout_engine(engine)
