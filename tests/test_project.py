@@ -74,6 +74,12 @@ def test_package_loads_lazily():
     assert loaded_by("import control", ["control"]) == ["control"]  # the question can be answered with yes
 
 
+def test_comparison_loads_what_it_needs():
+    heavy = ["scipy.optimize", "jinja2", "control", "adaptive_ff.identify.identification"]
+    draws = "import adaptive_ff.report.comparison_pictures, adaptive_ff.report.tables"
+    assert loaded_by(f"from adaptive_ff import compare, load_scenario; load_scenario(); {draws}", heavy) == []
+
+
 def contracts():
     settings = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["importlinter"]["contracts"]
     return {"robot": next(contract for contract in settings if contract["type"] == "forbidden")}

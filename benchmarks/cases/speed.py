@@ -6,6 +6,7 @@ what is kept, and ``ratio``, a time over that of what the row is compared with, 
 
 import os
 import re
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -22,6 +23,7 @@ import numpy as np
 
 from adaptive_ff import JointGroup, Scenario, load_scenario, simulate
 from adaptive_ff.comparison.registry import make_controller
+from adaptive_ff.errors import InputError
 from adaptive_ff.logs.log import read_log
 from adaptive_ff.studies.study import Found, run_study
 from adaptive_ff.studies.sweep import run_draw
@@ -31,6 +33,9 @@ CALLS = 50_000  # steps that are timed of a single controller; a tenth of them o
 JOINTS = (1, 6, 24)  # sizes of groups
 ROWS = 200_000  # rows of the log that is read
 DRAWS = 100  # joints of the sweep
+
+CACHES = ("MPLCONFIGDIR", "XDG_CACHE_HOME", "ADAPTIVE_FF_CACHE")  # variables of where caches are
+ROOT = Path(__file__).resolve().parents[2]
 
 Call = Callable[[int], Any]
 
@@ -133,7 +138,7 @@ def of_adaptive(row: str, measure: Callable[[], dict[str, float]], controllers: 
 def commands() -> dict[str, float]:
     """Time ``adaptive-ff --help`` and a first and a later ``compare``, whole processes."""
     with tempfile.TemporaryDirectory() as folder:
-        fresh = {**os.environ, **dict.fromkeys(("MPLCONFIGDIR", "XDG_CACHE_HOME"), folder)}
+        fresh = {**os.environ, **dict.fromkeys(CACHES, folder)}
         command = [sys.executable, "-m", "adaptive_ff"]
         compare = [*command, "compare", "--out", str(Path(folder, "out"))]
         return {
@@ -190,6 +195,44 @@ def installed() -> dict[str, float]:
     return {"megabytes": total / 1e6}
 
 
+FIRST_COMMAND = "python3 -m venv .venv && .venv/bin/pip install --quiet {what} && .venv/bin/adaptive-ff compare"
+AHEAD = ".venv/bin/pip wheel --quiet --no-deps --wheel-dir . {what}"
+NOT_COPIED = (".*", "build", "*.egg-info", "__pycache__", "results")  # of the checkout
+
+
+def first_commands() -> dict[str, float]:
+    """Time README's first command, empty folder and home: with this machine's compilers, with zig alone, of a wheel.
+
+    Where the package index is not reached, ``InputError``.
+    """
+    found = {}
+    with tempfile.TemporaryDirectory() as folder:
+        source, tools = Path(folder, "source"), Path(folder, "tools")
+        shutil.copytree(ROOT, source, ignore=shutil.ignore_patterns(*NOT_COPIED))
+        tools.mkdir()
+        Path(tools, "python3").symlink_to(sys.executable)  # and no compiler
+        both = os.pathsep.join([str(tools), os.environ["PATH"]])
+        for name, path in (("with_compiler", both), ("with_zig", str(tools)), ("from_wheel", str(tools))):
+            home = Path(folder, name)
+            home.mkdir()
+            kept = {key: value for key, value in os.environ.items() if key not in ("CC", *CACHES)}
+            there = {"cwd": home, "env": {**kept, "HOME": str(home), "PATH": path}}
+            wheels = list(Path(folder, "with_compiler").glob("*.whl"))
+            found[name] = _shell(FIRST_COMMAND.format(what=wheels[0] if name == "from_wheel" else source), **there)
+            if name == "with_compiler":
+                there["env"] = {**there["env"], "ADAPTIVE_FF_AHEAD": "1"}
+                _shell(AHEAD.format(what=source), **there)
+    return found
+
+
+def _shell(command: str, **there: Any) -> float:
+    begin = time.perf_counter()
+    done = subprocess.run(command, shell=True, capture_output=True, text=True, check=False, **there)
+    if done.returncode:
+        raise InputError(f"{command}: {done.stderr.strip().rpartition(chr(10))[2]}")
+    return time.perf_counter() - begin
+
+
 def _elapsed(command: list[str], environment: dict[str, str]) -> float:
     begin = time.perf_counter()
     subprocess.run(command, env=environment, check=True, capture_output=True)
@@ -241,5 +284,6 @@ def measurements(count: int = 1, first: int = 1) -> list[Case]:
         "replay": partial(of_adaptive, f"replay of {REPLAYED} samples", replayed),
         "sweep": partial(of_adaptive, "a sweep", sweeping),
         "installed": partial(of_adaptive, "installed", installed),
+        "first command": partial(of_adaptive, "README's first command", first_commands),
     }
     return [Case(f"{name}/{seed}", seed, run) for name, run in made.items() for seed in range(first, first + count)]
