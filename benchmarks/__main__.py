@@ -15,15 +15,7 @@ from adaptive_ff.cli.options import Scheduler
 from adaptive_ff.cli.output import error_console, progress_bars
 from adaptive_ff.errors import InputError
 from benchmarks.compare import HEADINGS, MOVED_HEADINGS, compared_controllers, moved_lines, summary_lines
-from benchmarks.pages import (
-    ROOT,
-    filled_numbers,
-    latest,
-    numbers_by_hand,
-    pages,
-    rendered,
-    typed_numbers,
-)
+from benchmarks.pages import ROOT, filled_numbers, numbers_by_hand, pages, rendered, stored, typed_numbers
 from benchmarks.results import RESULTS, read_result, results_in
 from benchmarks.running import BASE, run_suite, suite_fingerprint
 from benchmarks.suite import load_suite, suite_names
@@ -60,7 +52,7 @@ def run(
     """Run suites, the quickest first, and write their results; an interrupted call goes on where it stopped."""
     altered = bool(seeds or first is not None or quick or only or controllers)
     folder, failed = out or (TRIAL if altered else RESULTS), False
-    names = sorted(suites or suite_names(), key=seconds_of)
+    names = sorted(suites or suite_names(), key=lambda name: getattr(stored(name), "seconds", 0.0))
     if only_stale:
         names = [name for name in names if stale_since(name) is not None]
     with cluster(scheduler) as executor, progress_bars(error_console()) as bars:
@@ -95,19 +87,10 @@ def run(
     raise typer.Exit(1 if failed else 0)
 
 
-def seconds_of(name: str) -> float:
-    """Return how long a suite took the last time; zero where it has never been run."""
-    try:
-        return latest(name).seconds
-    except InputError:
-        return 0.0
-
-
 def stale_since(name: str) -> str | None:
     """Return the commit of a result that other code computed than the tree's, empty where there is none, or None."""
-    try:
-        result = latest(name)
-    except InputError:
+    result = stored(name)
+    if result is None:
         return ""
     return None if result.fingerprint == suite_fingerprint(load_suite(name)) else result.commit
 

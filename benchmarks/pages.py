@@ -14,7 +14,7 @@ from pathlib import Path
 from adaptive_ff.errors import InputError
 from benchmarks.quantities import ALL, missed, quantity, shown
 from benchmarks.results import RESULTS, Result, read_result
-from benchmarks.suite import Suite, load_suite
+from benchmarks.suite import load_suite
 
 ROOT = Path(__file__).resolve().parent.parent
 BASELINE = RESULTS / "9787daa"  # results of the frozen commit, which stand in for a suite that has not been run since
@@ -38,9 +38,14 @@ TRACKING = {
 """Columns of a view that says ``columns = "tracking"``."""
 
 
-def latest(suite: str) -> Result:
+def stored(suite: str) -> Result | None:
     """Return the present result of a suite, or that of the frozen commit where there is none."""
-    result = read_result(RESULTS, suite) or read_result(BASELINE, suite)
+    return read_result(RESULTS, suite) or read_result(BASELINE, suite)
+
+
+def latest(suite: str) -> Result:
+    """Return the stored result of a suite."""
+    result = stored(suite)
     if result is None:
         raise InputError(f"suite {suite!r} has no result: python -m benchmarks run {suite}")
     return result
@@ -80,7 +85,8 @@ def table_of(name: str, view: str) -> str:
         line = [labels.get(row, row) + contract, *(values[place] for place in kept)]
         lines.append([*line, *([", ".join(missed(suite, result, row))] if targets else [])])
     body = "".join(f"| {' | '.join(line)} |\n" for line in lines)
-    return f"{body}\n{_origin(suite, result)}\n"
+    count = sum(len(row.seeds) for row in result.rows.values())
+    return f"{body}\n*`python -m benchmarks run {name}`, {count} cases, computed at {result.commit}.*\n"
 
 
 def _rows(result: Result, patterns: Iterable[str]) -> Iterable[str]:
@@ -90,11 +96,6 @@ def _rows(result: Result, patterns: Iterable[str]) -> Iterable[str]:
         chosen = [ALL] if pattern == ALL else [name for name in result.rows if fnmatchcase(name, pattern)]
         found |= dict.fromkeys(chosen)
     return found
-
-
-def _origin(suite: Suite, result: Result) -> str:
-    count = sum(len(row.seeds) for row in result.rows.values())
-    return f"*`python -m benchmarks run {suite.name}`, {count} cases, computed at {result.commit}.*"
 
 
 def cell_of(result: Result, row: str, text: str) -> str:

@@ -2,15 +2,21 @@
 
 import math
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from fnmatch import fnmatchcase
 
 import numpy as np
 
 from adaptive_ff.errors import InputError
-from benchmarks.compare import geometric_mean
 from benchmarks.results import Columns, Result
 from benchmarks.suite import Suite
+
+
+def geometric_mean(values: Iterable[float]) -> float:
+    """Return the geometric mean; what is zero counts as a thousandth."""
+    logarithms = [math.log(max(value, 1e-3)) for value in values]
+    return math.exp(sum(logarithms) / len(logarithms)) if logarithms else math.nan
+
 
 STATISTICS: dict[str, Callable[[list[float]], float]] = {
     "median": lambda values: float(np.median(values)),
@@ -26,10 +32,14 @@ STATISTICS: dict[str, Callable[[list[float]], float]] = {
 """Statistics by name; ``below:X`` and ``above:X`` count values beyond a limit. ``size`` is the median magnitude."""
 
 ALL = "all"  # row that holds the cases of all rows
-MORE_IS_BETTER = frozenset({"settled", "own_gain", "gain"})  # figures of which more is better; of all others less is
 
 QUANTITY = re.compile(r"(?P<controller>[^.]+)\.(?P<figure>\w+) (?P<statistic>[\w:.]+)(?:\*(?P<scale>[\d.e+-]+))?")
 """How a quantity is written, such as ``adaptive.settled median`` or ``pi.error median*1000``."""
+
+
+def more_is_better(figure: str) -> bool:
+    """Tell whether more of a figure is better; of most less is."""
+    return figure in ("settled", "own_gain", "gain", "met") or figure.endswith(("_inside", "_repeats"))
 
 
 def columns_of(result: Result, row: str, controller: str) -> Columns:
@@ -76,25 +86,17 @@ def shown(value: float | None, digits: int = 3) -> str:
     return f"{float(text):.0f}" if "e+" in text else text
 
 
-def targets_of(suite: Suite, row: str) -> dict[str, float]:
-    """Return the targets of a row by quantity; a later pattern that matches goes before an earlier one."""
-    found: dict[str, float] = {}
-    if suite.is_outside(row):
-        return found
-    for pattern, limits in suite.targets.items():
-        if fnmatchcase(row, pattern):
-            found |= limits
-    return found
-
-
 def missed(suite: Suite, result: Result, row: str) -> list[str]:
-    """Return which targets a row misses, in words."""
-    found = []
-    for text, limit in targets_of(suite, row).items():
+    """Return which targets a row inside the contract misses, in words; of patterns that match the last one holds."""
+    found, targets = [], {}
+    for pattern, limits in suite.targets.items():
+        if fnmatchcase(row, pattern) and not suite.is_outside(row):
+            targets |= limits
+    for text, limit in targets.items():
         value, figure = quantity(result, row, text), text.partition(" ")[0].rpartition(".")[2]
         if value is None:
             continue
-        more = figure in MORE_IS_BETTER or figure.endswith("_inside")
+        more = more_is_better(figure)
         if value < limit if more else value > limit:
             found.append(f"{figure} {shown(value)} {'<' if more else '>'} {shown(limit)}")
     return found

@@ -4,6 +4,7 @@ import json
 import math
 import os
 import platform
+import re
 import subprocess
 from dataclasses import dataclass, field
 from importlib.metadata import version
@@ -19,6 +20,7 @@ DIGITS = (5, 4, 3)  # digits to which figures are kept: as many as the size of t
 LARGEST = 100_000  # size that a file may have, bytes
 
 PACKAGES = ("numpy", "scipy")
+NUMBERS = re.compile(r"\[[^][{}\"]*\]")  # a column in JSON, which is one line of a file
 
 Columns = dict[str, list[float]]  # figures by name, a value a case (or a joint of a case)
 
@@ -61,19 +63,18 @@ class Result:
 
     def _text(self, digits: int) -> str:
         """Return JSON text with a line for each field and each column, so that a change shows in few lines."""
-        lines = [f" {_json(name)}: {_json(value)}" for name, value in vars(self).items() if name != "rows"]
-        rows = []
-        for name, row in self.rows.items():
-            tables = []
-            for controller, columns in row.figures.items():
-                shown = [
-                    f"    {_json(figure)}: {_json([_short(value, digits) for value in column])}"
-                    for figure, column in columns.items()
-                ]
-                tables.append(f"   {_json(controller)}: {{\n" + ",\n".join(shown) + "}")
-            rows.append(f"  {_json(name)}: [{_json(row.seeds)}, {{\n" + ",\n".join(tables) + "}]")
-        lines.append(' "rows": {\n' + ",\n".join(rows) + "}")
-        return "{\n" + ",\n".join(lines) + "\n}\n"
+        rows = {
+            name: [
+                row.seeds,
+                {
+                    controller: {figure: [_short(value, digits) for value in column] for figure, column in one.items()}
+                    for controller, one in row.figures.items()
+                },
+            ]
+            for name, row in self.rows.items()
+        }
+        text = json.dumps(vars(self) | {"rows": rows}, indent=1, separators=(",", ":"), allow_nan=False)
+        return NUMBERS.sub(lambda match: "".join(match[0].split()), text) + "\n"
 
 
 def read_result(folder: Path, suite: str) -> Result | None:
@@ -82,7 +83,9 @@ def read_result(folder: Path, suite: str) -> Result | None:
     if not file.is_file():
         return None
     content = json.loads(file.read_text(encoding="utf-8"))
-    rows = {name: Row(seeds, _with_infinity(figures)) for name, (seeds, figures) in content.pop("rows").items()}
+    rows = {name: Row(*row) for name, row in content.pop("rows").items()}
+    for columns in (columns for row in rows.values() for columns in row.figures.values()):
+        columns |= {name: [math.inf if one is None else one for one in column] for name, column in columns.items()}
     return Result(**content, rows=rows)
 
 
@@ -100,22 +103,9 @@ def circumstances() -> dict[str, Any]:
     return {"commit": found.stdout.strip() or "unknown", "machine": machine, "versions": versions}
 
 
-def _json(value: Any) -> str:
-    return json.dumps(value, separators=(",", ":"), allow_nan=False)
-
-
 def _short(value: float, digits: int) -> float | int | None:
     """Return a number with few digits as JSON holds it: null for what is infinite."""
     if not math.isfinite(value):
         return None
     short = float(f"{value:.{digits}g}")
     return int(short) if short.is_integer() and abs(short) < 10**digits else short
-
-
-def _with_infinity(figures: dict[str, Any]) -> dict[str, Columns]:
-    return {
-        controller: {
-            name: [math.inf if value is None else value for value in column] for name, column in columns.items()
-        }
-        for controller, columns in figures.items()
-    }

@@ -3,7 +3,7 @@
 import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
-from functools import partial
+from subprocess import SubprocessError
 from typing import Any
 
 from adaptive_ff.studies.study import Found, Store, run_study
@@ -64,7 +64,7 @@ def run_case(case: Case, controllers: list[str]) -> Found:
     """Run controllers on a case; of one that cannot be run, say why."""
     try:
         return case.run(controllers)
-    except (ArithmeticError, ValueError) as error:
+    except (ArithmeticError, ValueError, SubprocessError) as error:
         return {"": {"refused": str(error)}, **{name: {} for name in controllers}}
 
 
@@ -92,17 +92,12 @@ _OF_PI_ALONE = frozenset({"settled", "window", "start", "after", "torque_variati
 """Ratios to PI, which of PI itself are one."""
 
 
-def tracked(row: str | Callable[[Any], str], make: Callable[[], Any], draws: int, controllers: list[str]) -> Found:
-    """Run controllers on a scenario that is made here; its row may depend on what was drawn."""
+def tracked(
+    row: str | Callable[[Any], str], make: Callable[[int], Any], draws: int, seed: int, controllers: list[str]
+) -> Found:
+    """Run controllers on a scenario that is made of a seed here; its row may depend on what was drawn."""
     from adaptive_ff.studies.tracking import track_scenario
 
-    scenario = make()
+    scenario = make(seed)
     found: Found = dict(track_scenario(scenario, controllers, draws=draws))
     return {"": {"row": row if isinstance(row, str) else row(scenario)}, **found}
-
-
-def scenario_case(
-    row: str | Callable[[Any], str], label: str, seed: int, make: Callable[[], Any], draws: int = 1
-) -> Case:
-    """Return a case of a scenario that ``make`` returns."""
-    return Case(f"{label}/{seed}", seed, partial(tracked, row, make, draws))

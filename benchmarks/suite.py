@@ -2,7 +2,7 @@
 
 import importlib
 import tomllib
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from fnmatch import fnmatchcase
 from functools import partial
@@ -15,8 +15,6 @@ SUITES = Path(__file__).resolve().parent / "suites"  # where the files of the su
 
 SCENARIOS = Path(__file__).resolve().parent.parent / "adaptive_ff"
 """Where scenario files lie, which every fingerprint covers."""
-
-COUNT = "count"  # argument of a generator for the number of its references or draws; ``first`` is the seed of the first
 
 FIELDS = {"title", "cases", "controllers", "outside", "targets", "views", "modules"}
 
@@ -31,12 +29,33 @@ class Case(NamedTuple):
     run: Callable[[list[str]], dict[str, Any]]
 
 
-def seeded(
-    run: Callable[..., dict[str, Any]], rows: Iterable[tuple[str, tuple[Any, ...]]], count: int, first: int
-) -> list[Case]:
-    """Return cases of a function of a row's arguments and a seed, for so many seeds a row, by the name of the row."""
-    seeds = range(first, first + count)
-    return [Case(f"{name}/{seed}", seed, partial(run, *row, seed)) for name, row in rows for seed in seeds]
+Rows = Mapping[str, tuple[Any, ...]]  # arguments of what runs a row, by the name of the row
+
+Generator = Callable[
+    ..., list[Case]
+]  # returns cases for a ``count`` of seeds from the ``first`` on, and more arguments
+
+
+def seeded(run: Callable[..., dict[str, Any]], rows: Rows | Callable[..., Rows], *, first: int = 1) -> Generator:
+    """Return a generator of a case for each row and seed: ``run(*row, seed, controllers)``."""
+
+    def generate(count: int = 1, first: int = first, **given: Any) -> list[Case]:
+        listed, seeds = rows(**given) if callable(rows) else rows, range(first, first + count)
+        return [
+            Case(f"{name}/{seed}", seed, partial(run, *row, seed)) for name, row in listed.items() for seed in seeds
+        ]
+
+    return generate
+
+
+def pooled(run: Callable[..., dict[str, Any]], rows: Rows | Callable[..., Rows]) -> Generator:
+    """Return a generator of a case for each row, of all seeds together: ``run(*row, seeds, controllers)``."""
+
+    def generate(count: int = 1, first: int = 1, **given: Any) -> list[Case]:
+        listed, seeds = rows(**given) if callable(rows) else rows, list(range(first, first + count))
+        return [Case(name, first, partial(run, *row, seeds)) for name, row in listed.items()]
+
+    return generate
 
 
 @dataclass(frozen=True)
@@ -60,12 +79,10 @@ class Suite:
         """Return the cases, with another count or first seed where one is given; one of each kind where it is quick."""
         found: list[Case] = []
         for table in self.cases:
-            arguments = {name: value for name, value in table.items() if name != "from"}
-            if quick or count is not None:
-                arguments[COUNT] = 1 if quick else count
-            if first is not None:
-                arguments["first"] = first
-            found += self._generator(table["from"])(**arguments)
+            chosen = {"count": 1 if quick else count, "first": first}
+            arguments = table | {name: value for name, value in chosen.items() if value is not None}
+            module, _, function = arguments.pop("from").partition(":")
+            found += getattr(importlib.import_module(f"benchmarks.cases.{module}"), function)(**arguments)
         return found
 
     def is_outside(self, row: str) -> bool:
@@ -77,12 +94,6 @@ class Suite:
         """Modules that the figures come from, without what they import."""
         generators = [f"benchmarks.cases.{table['from'].partition(':')[0]}" for table in self.cases]
         return sorted({*generators, *self.modules})
-
-    @staticmethod
-    def _generator(name: str) -> Callable[..., list[Case]]:
-        module, _, function = name.partition(":")
-        found: Callable[..., list[Case]] = getattr(importlib.import_module(f"benchmarks.cases.{module}"), function)
-        return found
 
 
 def suite_names() -> list[str]:

@@ -6,25 +6,14 @@ the motion, ``adaptive`` that inertia. Errors are of the velocity, behind a posi
 """
 
 import itertools
-from functools import partial
 
 import numpy as np
 
 from adaptive_ff.simulation.tracking_errors import TrackingErrors, figures_of, tracking_errors
 from adaptive_ff.studies.study import Found
 from benchmarks.cases.holding import HOLDING, SETTLING, at_rest, rest_figures
-from benchmarks.cases.robots import (
-    KINDS,
-    Array,
-    Setup,
-    drive,
-    make_controllers,
-    make_machine,
-    moves,
-    multisines,
-    then_rest,
-)
-from benchmarks.suite import Case
+from benchmarks.cases.robots import KINDS, Array, Setup, drive, make_machine, moves, multisines, then_rest
+from benchmarks.suite import Rows, seeded
 
 FRICTIONS = ("coulomb", "LuGre")
 MOVING = 30.0  # length of the moves before a machine rests, s
@@ -34,8 +23,7 @@ def run_moving(machine: str, friction: str, setup: Setup, seconds: float, seed: 
     """Drive a machine along the plan of a seed; each joint has its own figures."""
     made = make_machine(machine, friction)
     plan = (moves if setup.cascade else multisines)(made.axes, seed, seconds, 1.0 / setup.rate)
-    names = dict.fromkeys(["pi", *controllers])
-    runs = {name: drive(made, make_controllers(name, made, setup), plan, setup, seed) for name in names}
+    runs = {name: drive(made, name, plan, setup, seed) for name in dict.fromkeys(["pi", *controllers])}
     errors = {name: run.position_error if setup.cascade else run.velocity_error for name, run in runs.items()}
     loop = "position loop" if setup.cascade else "velocity loop"
     gravity = "" if machine == "hinge" else f", gravity {'given' if setup.gravity_given else 'learnt'}"
@@ -54,37 +42,33 @@ def _by_name(joints: list[dict[str, dict[str, float]]]) -> Found:
     }
 
 
-def moving(count: int, rates: list[int], seconds: float, first: int = 1) -> list[Case]:
+def moving_rows(rates: list[int], seconds: float) -> Rows:
     """Return machines in motion at some rates (Hz) for a time (s)."""
-    cases = []
-    for machine, friction, rate, cascade in itertools.product(KINDS, FRICTIONS, rates, (False, True)):
-        for given in (False,) if machine == "hinge" else (False, True):
-            setup = Setup(rate, cascade, given)
-            for seed in range(first, first + count):
-                key = f"{machine}, {friction}, {rate}, {cascade}, {given}/{seed}"
-                cases.append(Case(key, seed, partial(run_moving, machine, friction, setup, seconds, seed)))
-    return cases
+    return {
+        f"{machine}, {friction}, {rate}, {cascade}, {given}": (machine, friction, Setup(rate, cascade, given), seconds)
+        for machine, friction, rate in itertools.product(KINDS, FRICTIONS, rates)
+        for cascade in (False, True)
+        for given in ((False,) if machine == "hinge" else (False, True))
+    }
 
 
 def run_resting(machine: str, friction: str, rate: int, seed: int, controllers: list[str]) -> Found:
     """Let a machine come to rest; each joint has its own figures."""
     made, setup = make_machine(machine, friction), Setup(rate, cascade=True, gravity_given=False)
     plan = then_rest(moves(made.axes, seed, MOVING, 1.0 / rate), SETTLING + HOLDING, 1.0 / rate)
-    names, rest, found = dict.fromkeys(["pi", *controllers]), round(HOLDING * rate), []
-    runs = {name: drive(made, make_controllers(name, made, setup), plan, setup, seed) for name in names}
+    runs = {name: drive(made, name, plan, setup, seed) for name in dict.fromkeys(["pi", *controllers])}
     moved = {name: run.position_error[: round(MOVING * rate)] for name, run in runs.items()}
+    rest, found = slice(-round(HOLDING * rate), None), []
     for joint in range(len(made.axes)):
-        calm = {
-            name: at_rest(run.velocity_error[-rest:, joint], run.torque[-rest:, joint]) for name, run in runs.items()
-        }
+        calm = {name: at_rest(run.velocity_error[rest, joint], run.torque[rest, joint]) for name, run in runs.items()}
         found.append(rest_figures(_errors(moved, rate, joint), calm, rate))
     return {"": {"row": f"{machine}, {friction}, {rate} Hz"}, **_by_name(found)}
 
 
-def resting(count: int, rates: list[int], first: int = 1) -> list[Case]:
+def resting_rows(rates: list[int]) -> Rows:
     """Return a hinge and an arm that move and then hold still, at some rates (Hz)."""
-    return [
-        Case(f"{machine}, {friction}, {rate}/{seed}", seed, partial(run_resting, machine, friction, rate, seed))
-        for machine, friction, rate in itertools.product(("hinge", "two-link arm"), FRICTIONS, rates)
-        for seed in range(first, first + count)
-    ]
+    machines = itertools.product(("hinge", "two-link arm"), FRICTIONS, rates)
+    return {", ".join(map(str, machine)): machine for machine in machines}
+
+
+moving, resting = seeded(run_moving, moving_rows), seeded(run_resting, resting_rows)

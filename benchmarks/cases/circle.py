@@ -9,8 +9,8 @@ import numpy as np
 
 from adaptive_ff.simulation.tracking_errors import figures_of, tracking_errors
 from adaptive_ff.studies.study import Found
-from benchmarks.cases.robots import Array, Plan, Setup, drive, make_controllers, make_machine
-from benchmarks.suite import Case, seeded
+from benchmarks.cases.robots import Array, Plan, Setup, drive, make_machine
+from benchmarks.suite import seeded
 
 LINKS = 0.6, 0.5  # m
 POSE = 0.9, 0.7  # rad, of the links at the outermost point, where the circle begins; the second from the first
@@ -44,7 +44,7 @@ def circle(period: float) -> Plan:
 def laps_of(name: str, friction: str, seed: int) -> tuple[Array, Array]:
     """Return where a controller takes the tip, and its target, m, as complex numbers."""
     machine, plan = make_machine("two-link arm", friction), circle(1.0 / RATE)
-    error = drive(machine, make_controllers(name, machine, SETUP), plan, SETUP, seed).position_error
+    error = drive(machine, name, plan, SETUP, seed).position_error
     target = plan.position[:-1]
     return chain(target - error)[1], chain(target)[1]
 
@@ -58,6 +58,4 @@ def run_circle(friction: str, seed: int, controllers: list[str]) -> Found:
     return {"": {"row": friction}, **figures_of(errors)}
 
 
-def laps(count: int = 1, first: int = 1) -> list[Case]:
-    """Return the laps with each friction of the arm."""
-    return seeded(run_circle, [(friction, (friction,)) for friction in ("coulomb", "LuGre")], count, first)
+laps = seeded(run_circle, {friction: (friction,) for friction in ("coulomb", "LuGre")})

@@ -7,16 +7,15 @@ correction less the joint's velocity over these 12 s, rad/s; ``over_pi`` is that
 
 import math
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from adaptive_ff import WITH_GRAVITY, Scenario, load_scenario
+from adaptive_ff import WITH_GRAVITY, load_scenario
 from adaptive_ff.studies.study import Found
 from benchmarks.cases.stepped import controller_class
-from benchmarks.suite import Case, seeded
-from controllers import PI, Controller
+from benchmarks.suite import seeded
+from controllers import Controller
 from plant import Joint
 
 CORRECTION, LIMIT = 0.2, 400.0  # rad/s, N m
@@ -64,21 +63,15 @@ def run_rule(rule: str, seed: int, controllers: list[str]) -> Found:
     period = scenario.sampling.period
     plan = scenario.reference_velocity()[:: round(period / scenario.joint.solver_period)]
     noise = scenario.sensor.velocity_noise * np.random.default_rng([seed, 6]).standard_normal(plan.size - 1)
+    known = {"inertia": scenario.feedback.inertia, "stribeck_velocity": scenario.adaptation.stribeck_velocity}
     errors = {}
     for name in dict.fromkeys(["pi", *controllers]):
-        own = PI(*scenario.feedback.gains, period) if name == "pi" else _adaptive(name, scenario)
+        given = {} if name == "pi" else {**known, "parameters": WITH_GRAVITY, "torque_limit": LIMIT}
+        own = controller_class(name)(*scenario.feedback.gains, period, **given)
         square = squared_error(own, rules(period, seed)[rule], Joint(scenario.joint), plan, noise, period)
         errors[name] = math.sqrt(square)
     figures = {name: {"error": error, "over_pi": error / errors["pi"]} for name, error in errors.items()}
     return {"": {"row": rule}, **figures}
 
 
-def _adaptive(name: str, scenario: Scenario) -> Any:
-    known = {"inertia": scenario.feedback.inertia, "stribeck_velocity": scenario.adaptation.stribeck_velocity}
-    limits = {"parameters": WITH_GRAVITY, "torque_limit": LIMIT}
-    return controller_class(name)(*scenario.feedback.gains, scenario.sampling.period, **known, **limits)
-
-
-def corrections(count: int, first: int = 1) -> list[Case]:
-    """Return all corrections."""
-    return seeded(run_rule, ((rule, (rule,)) for rule in rules(1.0, 0)), count, first)
+corrections = seeded(run_rule, {rule: (rule,) for rule in rules(1.0, 0)})

@@ -14,7 +14,7 @@ from pydantic import ValidationError
 
 from adaptive_ff import Scenario, load_scenario, simulate
 from adaptive_ff.studies.sweep import class_of, draw_scenario, fall_over_gain
-from benchmarks.running import scenario_case
+from benchmarks.running import tracked
 from benchmarks.suite import Case
 
 PERIODS = (0.02, 0.01, 0.005, 0.002, 0.001)  # sampling periods, s
@@ -237,4 +237,4 @@ def scenarios(kind: str, count: int, draws: int = 1, first: int = 1) -> list[Cas
     """Return so many draws of a kind."""
     draw, row = DRAWN[kind]
     rows = [row[place % len(row)] if isinstance(row, tuple) else row for place in range(count)]
-    return [scenario_case(rows[n], kind, n, partial(draw, first, n), draws) for n in range(count)]
+    return [Case(f"{kind}/{n}", n, partial(tracked, rows[n], partial(draw, first), draws, n)) for n in range(count)]

@@ -6,7 +6,6 @@ anew and goes on from its saved state. The first and the last part are the same 
 """
 
 import resource
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -18,7 +17,7 @@ from adaptive_ff.simulation.experiment import build_plain_setup
 from adaptive_ff.simulation.metrics import rms
 from adaptive_ff.studies.study import Found
 from adaptive_ff.studies.sweep import draw_scenario
-from benchmarks.suite import Case
+from benchmarks.suite import seeded
 from plant import FrictionChange, schedule
 
 Array = NDArray[np.float64]
@@ -141,7 +140,7 @@ def memory() -> float:
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0
 
 
-def run_weeks(draw: int, hours: float, controllers: list[str]) -> Found:
+def run_weeks(hours: float, draw: int, controllers: list[str]) -> Found:
     """Run a drawn joint through so many hours, two parts at least.
 
     ``last_over_first`` is the error of the last part over that of the first, ``torque`` the largest torque over the
@@ -164,6 +163,4 @@ def run_weeks(draw: int, hours: float, controllers: list[str]) -> Found:
     return {"": {"row": f"{hours:g} h"}, name: figures}
 
 
-def weeks(count: int, hours: float, first: int = 0) -> list[Case]:
-    """Return drawn joints, each for so many hours."""
-    return [Case(f"joint/{draw}", draw, partial(run_weeks, draw, hours)) for draw in range(first, first + count)]
+weeks = seeded(run_weeks, lambda hours: {"joint": (hours,)}, first=0)

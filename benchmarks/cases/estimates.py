@@ -8,8 +8,8 @@ from adaptive_ff import Scenario, load_scenario, simulate
 from adaptive_ff.comparison.registry import make_controller
 from adaptive_ff.scenario.truth import true_model
 from adaptive_ff.studies.study import Found
-from adaptive_ff.studies.sweep import draw_scenario
-from benchmarks.suite import Case
+from benchmarks.cases.drawn import draw_joint
+from benchmarks.suite import Case, seeded
 
 COMPARED = ("inertia", "coulomb", "stiction", "viscous", "friction_lag")
 
@@ -26,13 +26,13 @@ LOOPS = {
 """Sampling period (s), noise (rad/s) and duration (s) by name of the row."""
 
 
-def run_case(row: str, make: Callable[[], Scenario], controllers: list[str]) -> Found:
+def run_case(row: str, make: Callable[[int], Scenario], seed: int, controllers: list[str]) -> Found:
     """Run controllers that estimate.
 
     At the end of the run: error of each estimate over its true value, and ``ITS_inside``: 1 where the interval of
     95 % that the controller states holds the truth, else 0.
     """
-    scenario = make()
+    scenario = make(seed)
     true, found = true_model(scenario), {}
     for name in controllers:
         controller = make_controller(scenario, name)
@@ -58,23 +58,10 @@ def built_in(name: str, seed: int) -> Scenario:
     return load_scenario().modified(seed=seed, duration=duration, **tables)
 
 
-def drawn(seed: int, draw: int) -> Scenario:
-    """Return a joint drawn around the built-in one."""
-    return draw_scenario(load_scenario(), seed, draw)
-
-
-def loops(count: int, first: int = 1) -> list[Case]:
-    """Return the built-in joint in all loops."""
-    return [
-        Case(f"{name}/{seed}", seed, partial(run_case, name, partial(built_in, name, seed)))
-        for name in LOOPS
-        for seed in range(first, first + count)
-    ]
+loops = seeded(run_case, {name: (name, partial(built_in, name)) for name in LOOPS})
 
 
 def joints(count: int, first: int = 1) -> list[Case]:
     """Return excited joints, all of one row."""
-    return [
-        Case(f"joint/{draw}", draw, partial(run_case, "drawn joints", partial(drawn, first, draw)))
-        for draw in range(count)
-    ]
+    make = partial(draw_joint, first)
+    return [Case(f"joint/{draw}", draw, partial(run_case, "drawn joints", make, draw)) for draw in range(count)]

@@ -4,13 +4,11 @@ The motion keeps the limits of the drive and is followed by the PI loop of the s
 torque form with the assumed Stribeck velocity. The multisine keeps to seven Stribeck velocities.
 """
 
-from functools import partial
-
 from adaptive_ff import load_scenario
 from adaptive_ff.studies.exciting_motion import default_limits, exciting_motion, interval_widths, with_motion, yardstick
 from adaptive_ff.studies.motion import NAMES
 from adaptive_ff.studies.study import Found
-from benchmarks.suite import Case
+from benchmarks.suite import pooled
 
 PERIOD = 10.0  # length of the motion, s
 
@@ -27,7 +25,4 @@ def run_joint(name: str, seeds: list[int], controllers: list[str]) -> Found:
     return {"": {"row": name}, **found}
 
 
-def joints(names: list[str], count: int, first: int = 1) -> list[Case]:
-    """Return joints by name, with so many seeds each."""
-    seeds = list(range(first, first + count))
-    return [Case(name, first, partial(run_joint, name, seeds)) for name in names]
+joints = pooled(run_joint, lambda names: {name: (name,) for name in names})

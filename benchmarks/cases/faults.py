@@ -4,12 +4,11 @@ import math
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from adaptive_ff import Run, load_scenario, simulate
 from adaptive_ff.simulation.experiment import build_setup
 from adaptive_ff.studies.study import Found
-from benchmarks.suite import Case, seeded
+from benchmarks.suite import seeded
 
 LOSSES = (0.0, 0.2, 1.0, 5.0)  # lengths of the losses, s; without one for comparison
 PLACES = (31.0, 36.5, 42.0, 47.5, 53.0)  # where they begin, s
@@ -31,17 +30,14 @@ def run_loss(loss: float, seed: int, controllers: list[str]) -> Found:
             first, noise = round(place / period), setup.noise.copy()
             noise[first : first + round(loss / period)] = math.nan
             run = simulate(scenario, name, setup=setup._replace(noise=noise), uncertain=False)
-            squares.append(np.mean(_square(run)[_between(run, place, place + WINDOW)]))
+            squares.append(mean_square(run, place))
         errors[name] = float(np.sqrt(np.mean(squares)))
     row = f"{loss:g} s" if loss else "undisturbed"
     figures = {name: {"error": error, "over_pi": error / errors["pi"]} for name, error in errors.items()}
     return {"": {"row": row}, **figures}
 
 
-def losses(count: int, first: int = 1) -> list[Case]:
-    """Return losses of several lengths."""
-    return seeded(run_loss, ((f"{loss:g} s", (loss,)) for loss in LOSSES), count, first)
-
+losses = seeded(run_loss, {f"{loss:g} s": (loss,) for loss in LOSSES})
 
 PUSHED, LENGTH, LOAD, DURATION = 30.0, 3.0, 80.0, 60.0
 """When the push begins and how long it is, s; its torque, N m; how long a run is, s."""
@@ -63,27 +59,18 @@ def run_push(seed: int, controllers: list[str]) -> Found:
     figures: dict[str, Any] = {}
     for name in controllers:
         run, calm = (simulate(scenario, name, uncertain=False) for scenario in (pushed, still))
-        squares = [np.mean(_square(one)[_between(one, end + LATER, end + LATER + WINDOW)]) for one in (run, calm)]
-        figures[name] = {"error_after": math.sqrt(squares[0] / squares[1])}
+        figures[name] = {"error_after": math.sqrt(mean_square(run, end + LATER) / mean_square(calm, end + LATER))}
         if run.estimates:
-            figures[name]["moved"] = max(_moved(run, estimate) for estimate in WATCHED)
+            begin = int(np.searchsorted(run.time, PUSHED - 1e-6))
+            series = [run.estimates[estimate][begin - 1 :] for estimate in WATCHED]
+            figures[name]["moved"] = max(float(np.max(np.abs(one - one[0])) / one[0]) for one in series)
     return {"": {"row": f"{LOAD:g} N m for {LENGTH:g} s"}, **figures}
 
 
-def _moved(run: Run, estimate: str) -> float:
-    begin = int(np.searchsorted(run.time, PUSHED - 1e-6))
-    series = run.estimates[estimate]
-    return float(np.max(np.abs(series[begin:] - series[begin - 1])) / series[begin - 1])
+def mean_square(run: Run, first: float) -> float:
+    """Return the mean squared error (rad^2/s^2) of the window from a time (s) on."""
+    error = run.reference - run.velocity
+    return float(np.mean(np.square(error[(run.solver_time >= first) & (run.solver_time < first + WINDOW)])))
 
 
-def _square(run: Run) -> NDArray[np.float64]:
-    return np.square(run.reference - run.velocity)
-
-
-def _between(run: Run, first: float, last: float) -> NDArray[np.bool_]:
-    return (run.solver_time >= first) & (run.solver_time < last)
-
-
-def pushes(count: int, first: int = 1) -> list[Case]:
-    """Return pushes of the built-in joint."""
-    return seeded(run_push, [("push", ())], count, first)
+pushes = seeded(run_push, {"push": ()})

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from adaptive_ff import Run, Scenario, load_scenario, simulate
 from adaptive_ff.simulation.tracking_errors import TrackingErrors, figures_of, first_motion_time, tracking_errors
 from adaptive_ff.studies.study import Found
-from benchmarks.suite import Case, seeded
+from benchmarks.suite import seeded
 
 Array = NDArray[np.float64]
 
@@ -127,6 +127,4 @@ def rest_figures(
     }
 
 
-def cascades(count: int, first: int = 1) -> list[Case]:
-    """Return all joints at all rates."""
-    return seeded(run_case, ((case.name, (case,)) for case in held_joints()), count, first)
+cascades = seeded(run_case, {case.name: (case,) for case in held_joints()})

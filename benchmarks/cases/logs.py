@@ -7,7 +7,6 @@ of their intervals between them.
 
 import math
 import time
-from functools import partial
 from typing import Any
 
 from adaptive_ff import InputError
@@ -16,7 +15,7 @@ from adaptive_ff.identify.result import UNUSABLE
 from adaptive_ff.logs.log import Log
 from adaptive_ff.studies.study import Found
 from benchmarks.cases.drawn_logs import driven_case, make_case
-from benchmarks.suite import Case
+from benchmarks.suite import seeded
 
 NAMES = ("inertia", "coulomb", "viscous")
 
@@ -74,11 +73,4 @@ def run_driven(seed: int, controllers: list[str]) -> Found:
     return {"": {"row": f"under PI alone, {case.kind}"}, **dict.fromkeys(controllers, figures)}
 
 
-def drawn(count: int, first: int = 10_000) -> list[Case]:
-    """Return drawn joints with two records each."""
-    return [Case(f"drawn/{seed}", seed, partial(run_drawn, seed)) for seed in range(first, first + count)]
-
-
-def driven(count: int, first: int = 1) -> list[Case]:
-    """Return joints of another simulator that stick under PI alone."""
-    return [Case(f"driven/{seed}", seed, partial(run_driven, seed)) for seed in range(first, first + count)]
+drawn, driven = seeded(run_drawn, {"drawn": ()}, first=10_000), seeded(run_driven, {"driven": ()})

@@ -278,10 +278,7 @@ def row_of(loop: DrawnLoop, plan: Array) -> str:
     return "all specified" if loop.tells_torque else "torque of the drive unspecified"
 
 
-def joints(count: int, first: int = 1) -> list[Case]:
-    """Return joints, sensors and loops of another simulator."""
-    return seeded(run_joint, [("joint", ())], count, first)
-
+joints = seeded(run_joint, {"joint": ()})
 
 COUNTS = (0.1, 0.3, 1.0, 3.0, 10.0)  # encoder counts in a sampling period at the largest speed
 
@@ -296,11 +293,8 @@ def run_coarse(sensor: str, counts: float, seed: int, controllers: list[str]) ->
     return {"": {"row": row}, **figures_on(joint, coarse, plan, seed, controllers)}
 
 
-def coarse_encoders(count: int, first: int = 1) -> list[Case]:
-    """Return the same joints with encoders of few counts."""
-    rows = itertools.product(ENCODERS, COUNTS)
-    return seeded(run_coarse, ((f"{sensor}, {counts:g}", (sensor, counts)) for sensor, counts in rows), count, first)
-
+COARSE = {f"{sensor}, {counts:g}": (sensor, counts) for sensor in ENCODERS for counts in COUNTS}
+coarse_encoders = seeded(run_coarse, COARSE)
 
 FRACTIONS = (0.0, 0.1, 0.3, 0.6)  # amplitude of the cogging of drawn joints, over their Coulomb friction
 

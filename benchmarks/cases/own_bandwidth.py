@@ -6,7 +6,6 @@ fastest loop that a maximum sensitivity of 1.7 allows.
 """
 
 import tomllib
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +19,7 @@ from adaptive_ff.scenario.library import SCENARIOS
 from adaptive_ff.scenario.new import Encoder, new_scenario_text
 from adaptive_ff.simulation.tracking_errors import ratios, tracking_errors
 from adaptive_ff.studies.study import Found
-from benchmarks.suite import Case
+from benchmarks.suite import pooled
 
 NAMES = ("paper_100hz", "noisy_1khz", "encoder", "delay", "elastic")
 
@@ -87,17 +86,9 @@ def run_data_sheet(name: str, seeds: list[int], controllers: list[str]) -> Found
     }
 
 
-def data_sheets(count: int, first: int = 1) -> list[Case]:
-    """Return the joints of data sheets, each over as many seeds."""
-    seeds = list(range(first, first + count))
-    return [Case(name, first, partial(run_data_sheet, name, seeds)) for name in DATA_SHEETS]
-
-
 def _median(scenarios: list[Scenario], controller: str) -> float:
     return float(np.median([settled_error(one, CONTROLLERS[controller]) for one in scenarios]))
 
 
-def scenarios(count: int, first: int = 1) -> list[Case]:
-    """Return the scenarios, each over as many seeds."""
-    seeds = list(range(first, first + count))
-    return [Case(name, first, partial(run_scenario, name, seeds)) for name in NAMES]
+scenarios = pooled(run_scenario, {name: (name,) for name in NAMES})
+data_sheets = pooled(run_data_sheet, {name: (name,) for name in DATA_SHEETS})

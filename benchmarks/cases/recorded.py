@@ -14,7 +14,7 @@ a sensor of velocity, as noisy as the log's velocity; a drive without limit; the
 import json
 import tempfile
 import tomllib
-from functools import cache, partial
+from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -29,7 +29,7 @@ from adaptive_ff.identify.score import score_log
 from adaptive_ff.logs.log import Log, read_log
 from adaptive_ff.replay.replay import replay_log
 from adaptive_ff.studies.study import Found
-from benchmarks.suite import Case
+from benchmarks.suite import pooled
 
 COMPARED = ("pi", "oracle", "adaptive")
 
@@ -110,7 +110,7 @@ def job_of(name: str) -> Job:
     return next(job for job in JOBS if job.name == name)
 
 
-def run_job(name: str, controllers: list[str]) -> Found:
+def run_job(name: str, _: list[int], controllers: list[str]) -> Found:
     """Identify a joint, replay its logs and simulate it; ``controllers`` are the columns of the result."""
     job = job_of(name)
     if missing := job.missing():
@@ -138,12 +138,7 @@ def run_job(name: str, controllers: list[str]) -> Found:
     return {"": {"row": job.name}, **{name: columns[name] for name in controllers}}
 
 
-def joints(count: int = 1, first: int = 1) -> list[Case]:
-    """Return the joints that suit a lumped model."""
-    return [Case(job.name, first, partial(run_job, job.name)) for job in JOBS]
-
-
-def identified(joint: str, controllers: list[str]) -> Found:
+def identified(joint: str, _: list[int], controllers: list[str]) -> Found:
     """Identify a joint: its parameters, and the largest torque of its log (its 99.9th percentile), N m or N."""
     (name,), job = controllers, job_of(joint)
     log = job.read(job.table["files"][0])
@@ -153,12 +148,7 @@ def identified(joint: str, controllers: list[str]) -> Found:
     return {"": {"row": job.name}, name: values | {"over_largest": found.value("coulomb") / largest}}
 
 
-def frictions(count: int = 1, first: int = 1) -> list[Case]:
-    """Return the joints for the orders of magnitude of their friction."""
-    return [Case(job.name, first, partial(identified, job.name)) for job in JOBS]
-
-
-def quoted(joint: str, controllers: list[str]) -> Found:
+def quoted(joint: str, _: list[int], controllers: list[str]) -> Found:
     """Return what others identified on a joint."""
     (name,), servos = controllers, machines()["published"]["servos"]
     if joint in servos:
@@ -175,7 +165,6 @@ def quoted(joint: str, controllers: list[str]) -> Found:
     return {"": {"row": joint}, name: values}
 
 
-def published(count: int = 1, first: int = 1) -> list[Case]:
-    """Return the joints whose friction others published."""
-    listed = machines()["published"]
-    return [Case(joint, first, partial(quoted, joint)) for joint in (*listed["servos"], *listed["joints"])]
+PUBLISHED = machines()["published"]
+joints, frictions = (pooled(run, {job.name: (job.name,) for job in JOBS}) for run in (run_job, identified))
+published = pooled(quoted, {joint: (joint,) for joint in (*PUBLISHED["servos"], *PUBLISHED["joints"])})

@@ -8,13 +8,14 @@ import importlib
 import re
 import subprocess
 import sys
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from dataclasses import dataclass
-from functools import partial
 from typing import Any
 
 from adaptive_ff.studies.study import Found
-from benchmarks.suite import Case
+from benchmarks.suite import pooled, seeded
+
+Figures = dict[str, list[float]]
 
 
 @dataclass(frozen=True)
@@ -32,57 +33,47 @@ def limited(quantity: str, value: float, limit: float) -> Row:
     return Row(quantity, value, f"<= {limit:g}", value <= limit)
 
 
-def run_report(row: str, report: Callable[[], Iterable[Row]], controllers: list[str]) -> Found:
+def figures_of(rows: Iterable[Row]) -> Figures:
+    """Return the numbers of rows by what was measured, and ``met``."""
+    figures: Figures = {"met": []}
+    for row in rows:
+        number = (
+            re.search(r"-?\d+(?:\.\d+)?(?:e[-+]?\d+)?|$", row.value)[0] if isinstance(row.value, str) else row.value
+        )
+        if number != "":
+            figures[re.sub(r"\W+", "_", row.quantity).strip("_")] = [float(number)]
+        if row.met is not None:
+            figures["met"].append(float(row.met))
+    return figures
+
+
+def imported(module: str) -> Any:
+    """Return a module by its name in this package, which no fingerprint follows from here."""
+    return importlib.import_module(f"benchmarks.{module}")
+
+
+def run_experiment(module: str, row: str, _: list[int], controllers: list[str]) -> Found:
     """Run an experiment; its figures stand under the only name in the place of a controller."""
-    (name,) = controllers
-    figures: dict[str, Any] = {"met": []}
-    for one in report():
-        number = re.search(r"-?\d+(?:\.\d+)?(?:e[-+]?\d+)?", one.value) if isinstance(one.value, str) else one.value
-        if number is not None:
-            value = number.group() if isinstance(number, re.Match) else number
-            figures[re.sub(r"\W+", "_", one.quantity).strip("_")] = float(value)
-        if one.met is not None:
-            figures["met"].append(float(one.met))
-    return {"": {"row": row}, name: figures}
+    (name,), found = controllers, imported(module).EXPERIMENTS[row]()
+    return {"": {"row": row}, name: figures_of(getattr(found, "rows", found))}
 
 
-def _report(module: str, name: str) -> Iterable[Row]:
-    found = importlib.import_module(f"benchmarks.{module}").EXPERIMENTS[name]()
-    return getattr(found, "rows", found)
-
-
-def experiments(module: str, count: int = 1, first: int = 1) -> list[Case]:
-    """Return the experiments that a module has by name."""
-    names = importlib.import_module(f"benchmarks.{module}").EXPERIMENTS
-    return [Case(name, first, partial(run_report, name, partial(_report, module, name))) for name in names]
-
-
-def _mutation(room: str, mutants: int, seed: int) -> list[Row]:
+def run_mutants(room: str, mutants: int, seed: int, controllers: list[str]) -> Found:
+    """Count survivors of a room among so many mutants: the first room runs them all, and keeps what others read."""
     command = [sys.executable, "-m", "benchmarks.mutation", "--count", str(mutants), "--seed", str(seed)]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     found = re.search(rf"^{room}: (\d+) drawn, (\d+) survive", done.stdout, re.M)
     if found is None:
         raise ValueError(f"mutation: {(done.stdout + done.stderr)[-200:]}")
-    return [Row("drawn", int(found[1])), Row("survived", int(found[2]))]
+    return {"": {"row": room}, controllers[0]: {"drawn": float(found[1]), "survived": float(found[2])}}
 
 
-def mutation(rooms: list[str], mutants: int, count: int = 1, first: int = 1) -> list[Case]:
-    """Return the rooms of draws of so many mutants: the first one runs them all, and keeps what the others read."""
-    return [
-        Case(f"{room}/{seed}", seed, partial(run_report, room, partial(_mutation, room, mutants, seed)))
-        for seed in range(first, first + count)
-        for room in rooms
-    ]
+def run_chip(chip: str, _: list[int], kinds: list[str]) -> Found:
+    """Measure exported controllers on a processor."""
+    module = imported("export.chips")
+    return {"": {"row": chip}, **{kind: module.measured(module.CHIPS[chip], kind) for kind in kinds}}
 
 
-def _chip(chip: str, kinds: list[str]) -> Found:
-    from benchmarks.export.chips import CHIPS, measured
-
-    return {"": {"row": chip}, **{kind: measured(CHIPS[chip], kind) for kind in kinds}}
-
-
-def chips(count: int = 1, first: int = 1) -> list[Case]:
-    """Return the processors for which controllers are exported."""
-    from benchmarks.export.chips import CHIPS
-
-    return [Case(chip, first, partial(_chip, chip)) for chip in CHIPS]
+experiments = pooled(run_experiment, lambda module: {name: (module, name) for name in imported(module).EXPERIMENTS})
+mutation = seeded(run_mutants, lambda rooms, mutants: {room: (room, mutants) for room in rooms})
+chips = pooled(run_chip, lambda: {chip: (chip,) for chip in imported("export.chips").CHIPS})

@@ -95,19 +95,10 @@ def make_machine(name: str, friction: str, creep: float = CREEP) -> Machine:
         f'<compiler autolimits="true" angle="radian"/><worldbody>{bodies.format(**joints)}</worldbody>'
         f"<actuator>{''.join(bristles)}</actuator></mujoco>"
     )
-    return Machine(name, friction, model, axes, inertia_of(model))
-
-
-def inertia_of(model: Any) -> Array:
-    """Return the inertia of each joint in the first pose, the others held, kg m^2."""
-    data = mujoco.MjData(model)
+    data, inertia = mujoco.MjData(model), np.zeros((model.nv, model.nv))
     mujoco.mj_forward(model, data)
-    inertia = np.zeros(model.nv)
-    for place, unit in enumerate(np.eye(model.nv)):
-        row = np.zeros(model.nv)
-        mujoco.mj_mulM(model, data, row, unit)
-        inertia[place] = row[place]
-    return inertia
+    mujoco.mj_fullM(model, data, inertia)
+    return Machine(name, friction, model, axes, np.diag(inertia))
 
 
 def gravity_of(model: Any, data: Any, position: Array) -> Array:
@@ -250,8 +241,9 @@ def make_controllers(name: str, machine: Machine, setup: Setup) -> Any:
     return JointGroup.from_table({"period": period, "joints": joints})
 
 
-def drive(machine: Machine, controller: Any, plan: Plan, setup: Setup, seed: int) -> Driven:
-    """Run a machine along a plan and return what was left."""
+def drive(machine: Machine, name: str, plan: Plan, setup: Setup, seed: int) -> Driven:
+    """Run a machine along a plan with the controllers of a name, and return what was left."""
+    controller = make_controllers(name, machine, setup)
     model, data, scratch = machine.model, mujoco.MjData(machine.model), mujoco.MjData(machine.model)
     generator, period = np.random.default_rng([seed, 11]), 1.0 / setup.rate
     substeps, count, joints = round(period / PHYSICS), plan.velocity.shape[0] - 1, len(machine.axes)

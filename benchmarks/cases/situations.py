@@ -12,8 +12,8 @@ import numpy as np
 from adaptive_ff import Scenario, load_scenario, parse_scenario
 from adaptive_ff.scenario.library import scenario_names
 from adaptive_ff.scenario.new import new_scenario_text
-from benchmarks.running import scenario_case
-from benchmarks.suite import Case
+from benchmarks.running import tracked
+from benchmarks.suite import Rows, seeded
 
 STAIRS, STAIR_SPEEDS = 20, (1.0, 3.0)  # number and range (rad/s) of the speeds of a staircase, drawn for each reference
 
@@ -33,27 +33,14 @@ def made(file: str = "situations") -> dict[str, dict[str, Any]]:
     return tomllib.loads(Path(__file__).with_name(f"{file}.toml").read_text(encoding="utf-8"))
 
 
-def situations(count: int, draws: int = 1, first: int = 1, names: Iterable[str] = ()) -> list[Case]:
-    """Return so many references of each situation, or of some of them and of the package's scenarios by name."""
-    return _cases(names or (*SITUATIONS, *made()), "situations", count, draws, first)
+def rows_of(file: str = "situations", draws: int = 1, names: Iterable[str] = ()) -> Rows:
+    """Return the situations of a file, or some of them and of the package's scenarios by name."""
+    return {name: (name, partial(named_scenario, name, file=file), draws) for name in names or made(file)}
 
 
-def matrix(count: int, draws: int = 1, first: int = 1) -> list[Case]:
-    """Return so many references of each scenario of the package."""
-    return situations(count, draws, first, scenario_names())
-
-
-def table(file: str, count: int, draws: int = 1, first: int = 1) -> list[Case]:
-    """Return so many references of each situation of another file."""
-    return _cases(made(file), file, count, draws, first)
-
-
-def _cases(names: Iterable[str], file: str, count: int, draws: int, first: int) -> list[Case]:
-    return [
-        scenario_case(name, name, seed, partial(named_scenario, name, seed, file), draws)
-        for name in names
-        for seed in range(first, first + count)
-    ]
+situations = seeded(tracked, lambda draws=1, names=(): rows_of("situations", draws, names or (*SITUATIONS, *made())))
+matrix = seeded(tracked, lambda draws=1: rows_of("situations", draws, scenario_names()))
+table = seeded(tracked, rows_of)
 
 
 def named_scenario(name: str, seed: int, file: str = "situations") -> Scenario:

@@ -17,7 +17,6 @@ from adaptive_ff.simulation.tracking_errors import figures_of, tracking_errors
 from adaptive_ff.studies.study import Found
 from benchmarks.cases.robots import BANDWIDTH, RESOLUTION, VELOCITY_NOISE, Axis, Plan, moves, multisines
 from benchmarks.cases.stepped import controller_class
-from benchmarks.suite import Case as SuiteCase
 from benchmarks.suite import seeded
 from controllers import PI, PositionLoop
 
@@ -128,6 +127,4 @@ def run_case(case: Case, seed: int, controllers: list[str]) -> Found:
     return {"": {"row": case.name}, **figures_of(errors)}
 
 
-def joints(count: int, first: int = 1) -> list[SuiteCase]:
-    """Return joints whose friction is a smoothed sign, driven in several ways."""
-    return seeded(run_case, ((case.name, (case,)) for case in cases()), count, first)
+joints = seeded(run_case, {case.name: (case,) for case in cases()})

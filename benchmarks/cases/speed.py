@@ -27,7 +27,7 @@ from adaptive_ff.errors import InputError
 from adaptive_ff.logs.log import read_log
 from adaptive_ff.studies.study import Found, run_study
 from adaptive_ff.studies.sweep import run_draw
-from benchmarks.suite import Case
+from benchmarks.suite import Rows, seeded
 
 CALLS = 50_000  # steps that are timed of a single controller; a tenth of them of a group
 JOINTS = (1, 6, 24)  # sizes of groups
@@ -98,41 +98,43 @@ def in_turn(calls: dict[str, Call], count: int) -> dict[str, dict[str, float]]:
     }
 
 
-def run_step(controllers: list[str]) -> Found:
+def run_measurement(row: str, measure: Callable[[list[str]], Found], seed: int, controllers: list[str]) -> Found:
+    """Measure what belongs to a row; controllers that it does not concern have nothing."""
+    found = measure(controllers)
+    return {"": {"row": row}, **{name: found.get(name, {}) for name in controllers}}
+
+
+def steps(controllers: list[str]) -> Found:
     """Time a step from Python, and its ratio to simple-pid's call."""
     found = in_turn({name: step_of(name) for name in controllers}, CALLS)
     for one in found.values():
         one["ratio"] = one["median"] / found["simple_pid"]["median"]
-    return {"": {"row": "a step from Python"}, **found}
+    return found
 
 
-def run_group(joints: int, controllers: list[str]) -> Found:
-    """Time a step of a group of adaptive joints, and its ratio to that of as many controllers; the others have none."""
+def group(joints: int, controllers: list[str]) -> Found:
+    """Time a step of a group of adaptive joints, and its ratio to that of as many controllers."""
     found = in_turn({"adaptive": group_step("adaptive", joints), "one": step_of("adaptive")}, CALLS // 10)
     found["adaptive"]["ratio"] = found["adaptive"]["median"] / found["one"]["median"] / joints
-    return {"": {"row": f"a step of {joints} joints"}, **{name: found.get(name, {}) for name in controllers}}
+    return found
 
 
-def run_runs(row: str, scenario: Scenario, controllers: list[str]) -> Found:
+def runs(scenario: Scenario, controllers: list[str]) -> Found:
     """Time whole runs of a scenario and measure their memory."""
     made = [name for name in controllers if name != "simple_pid"]
-    found = in_turn({name: partial(_run, scenario, name) for name in made}, 5)
+    found = in_turn({name: lambda _, name=name: simulate(scenario, name, uncertain=False) for name in made}, 5)
     for name in made:
         tracemalloc.start()
         run = simulate(scenario, name, uncertain=False)
         kept = sum(series.nbytes for series in run.columns().values())
         found[name] = {"median": found[name]["median"], "memory": tracemalloc.get_traced_memory()[1] / kept}
         tracemalloc.stop()
-    return {"": {"row": row}, **{name: found.get(name, {}) for name in controllers}}
+    return found
 
 
-def _run(scenario: Scenario, name: str, _: int) -> None:
-    simulate(scenario, name, uncertain=False)
-
-
-def of_adaptive(row: str, measure: Callable[[], dict[str, float]], controllers: list[str]) -> Found:
-    """Return what is measured, all under ``adaptive``; the others have nothing."""
-    return {"": {"row": row}, **{name: measure() if name == "adaptive" else {} for name in controllers}}
+def of_adaptive(measure: Callable[[], dict[str, float]], controllers: list[str]) -> Found:
+    """Return what is measured, all under ``adaptive``."""
+    return {"adaptive": measure()} if "adaptive" in controllers else {}
 
 
 def commands() -> dict[str, float]:
@@ -268,22 +270,27 @@ def replayed() -> dict[str, float]:
         return {"median": spent, "memory": 1024.0 * float(done.stdout.splitlines()[-1]) / path.stat().st_size}
 
 
-def measurements(count: int = 1, first: int = 1) -> list[Case]:
-    """Return all measurements, each so many times."""
-    runs = {
+def listed() -> Rows:
+    """Return all measurements: what measures, by the key of the case."""
+    scenarios = {
         "60 s at 100 Hz": load_scenario(),
         "60 s at 1 kHz": load_scenario("noisy_1khz"),
         "10 000 s at 100 Hz, thinned": load_scenario().modified(duration=10_000.0),
     }
-    made: dict[str, Callable[[list[str]], Found]] = {
-        "step": run_step,
-        **{f"group {joints}": partial(run_group, joints) for joints in JOINTS},
-        **{row: partial(run_runs, row, scenario) for row, scenario in runs.items()},
-        "commands": partial(of_adaptive, "command line", commands),
-        "log": partial(of_adaptive, "reading a log", log_read),
-        "replay": partial(of_adaptive, f"replay of {REPLAYED} samples", replayed),
-        "sweep": partial(of_adaptive, "a sweep", sweeping),
-        "installed": partial(of_adaptive, "installed", installed),
-        "first command": partial(of_adaptive, "README's first command", first_commands),
+    alone = {
+        "commands": ("command line", commands),
+        "log": ("reading a log", log_read),
+        "replay": (f"replay of {REPLAYED} samples", replayed),
+        "sweep": ("a sweep", sweeping),
+        "installed": ("installed", installed),
+        "first command": ("README's first command", first_commands),
     }
-    return [Case(f"{name}/{seed}", seed, run) for name, run in made.items() for seed in range(first, first + count)]
+    return {
+        "step": ("a step from Python", steps),
+        **{f"group {joints}": (f"a step of {joints} joints", partial(group, joints)) for joints in JOINTS},
+        **{row: (row, partial(runs, scenario)) for row, scenario in scenarios.items()},
+        **{name: (row, partial(of_adaptive, measure)) for name, (row, measure) in alone.items()},
+    }
+
+
+measurements = seeded(run_measurement, listed)

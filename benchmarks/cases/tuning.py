@@ -10,7 +10,7 @@ from adaptive_ff import load_scenario, simulate
 from adaptive_ff.comparison.registry import CONTROLLERS
 from adaptive_ff.studies.study import Found
 from adaptive_ff.studies.tracking import run_errors
-from benchmarks.suite import Case, seeded
+from benchmarks.suite import seeded
 
 RATES = {"100 Hz": 0.01, "1 kHz": 0.001}
 
@@ -32,7 +32,5 @@ def run_joint(joint: str, rate: str, seed: int, controllers: list[str]) -> Found
     return {"": {"row": f"{joint}, {rate}"}, **found}
 
 
-def joints(count: int, first: int = 101) -> list[Case]:
-    """Return all joints at all rates."""
-    rows = ((f"{joint}, {rate}", (joint, rate)) for joint in TABLES["joints"] for rate in RATES)
-    return seeded(run_joint, rows, count, first)
+ROWS = {f"{joint}, {rate}": (joint, rate) for joint in TABLES["joints"] for rate in RATES}
+joints = seeded(run_joint, ROWS, first=101)

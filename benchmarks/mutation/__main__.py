@@ -95,27 +95,28 @@ class Verdicts:
 
     def __init__(self, file: Path, mark: str, sample: dict[int, Mutant]) -> None:
         self.sample, self.store = sample, Store(file, mark)
-        names = ("plain", "compiled")
-        kept = {number: self.store.read(str(mutant.key), names) for number, mutant in sample.items()}
-        self.plain = {number: found["plain"]["test"] for number, found in kept.items() if "plain" in found}
-        self.compiled = {number: found["compiled"]["test"] for number, found in kept.items() if "compiled" in found}
+        kept = {number: self.store.read(str(mutant.key), STAGES) for number, mutant in sample.items()}
+        self.found = {
+            stage: {number: one[stage]["test"] for number, one in kept.items() if stage in one} for stage in STAGES
+        }
 
     def add(self, stage: str, number: int, test: str | None) -> None:
         """Keep a verdict."""
-        getattr(self, stage)[number] = test
-        self.store.add(str(self.sample[number].key), {stage: {"test": test}})
-        done = len(getattr(self, stage))
-        print(
-            f"{stage} {done}, {time.process_time():.0f} s: {self.sample[number].name}: {test}",
-            file=PROGRESS,
-            flush=True,
-        )
+        mutant, found = self.sample[number], self.found[stage]
+        found[number] = test
+        self.store.add(str(mutant.key), {stage: {"test": test}})
+        print(f"{stage} {len(found)}, {time.process_time():.0f} s: {mutant.name}: {test}", file=PROGRESS, flush=True)
 
     def killed(self, number: int) -> bool:
         """Tell whether a test noticed a mutant."""
-        return self.plain.get(number) is not None or self.compiled.get(number) is not None
+        return any(found.get(number) is not None for found in self.found.values())
+
+    def left(self) -> list[int]:
+        """Return the mutants that no test noticed and that have not been tried compiled."""
+        return [number for number in self.sample if not self.killed(number) and number not in self.found["compiled"]]
 
 
+STAGES = ("plain", "compiled")
 PROGRESS = os.fdopen(os.dup(2), "w")  # where progress is written; pytest captures the other, and forks close it
 
 
@@ -127,20 +128,18 @@ def run(count: int, seed: int, workers: int) -> Verdicts:
         sample = drawn([one for name, f in functions().items() for one in mutants(name, f)], count, seed)
         mark = fingerprint(["benchmarks.mutation.__main__"], (ROOT / "tests").rglob("*.py"))
         verdicts = Verdicts(KEPT / "mutants.jsonl", mark, sample)
-        waiting = [number for number in sample if number not in verdicts.plain]
+        waiting = [number for number in sample if number not in verdicts.found["plain"]]
         notes = KEPT / f"mutants-{mark}-{count}-{seed}.json"
         session = Mutation(sample, waiting, notes, lambda number, test: verdicts.add("plain", number, test))
         settings.register_profile("mutation", deadline=None, derandomize=True, database=None, phases=PHASES)
-        if any(not verdicts.killed(number) and number not in verdicts.compiled for number in sample):
+        if verdicts.left():
             with patch.dict(CONTROLLERS, {name: CONTROLLERS[name] for name in LINE_UP}, clear=True):
                 status = pytest.main([*OPTIONS, *(str(ROOT / "tests" / name) for name in TESTS)], [session])
             if status != pytest.ExitCode.OK:
                 raise typer.Exit(1)
-            left = [number for number in sample if not verdicts.killed(number) and number not in verdicts.compiled]
+            parts = [verdicts.left()[place::workers] for place in range(workers)]
             with ThreadPoolExecutor(workers) as pool:
-                list(
-                    pool.map(lambda part: in_copy(verdicts, session, part), (left[k::workers] for k in range(workers)))
-                )
+                list(pool.map(lambda part: in_copy(verdicts, session, part), parts))
         return verdicts
 
 

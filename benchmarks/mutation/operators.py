@@ -79,7 +79,7 @@ class Mutant:
     @property
     def before(self) -> str:
         """Line of the statement that holds the change, without it."""
-        return spots_in(syntax(self.function))[self.place].line
+        return self._spot().line
 
     @property
     def after(self) -> str:
@@ -89,13 +89,16 @@ class Mutant:
     @property
     def line(self) -> int:
         """Line in the file."""
-        spot = spots_in(syntax(self.function))[self.place]
+        spot = self._spot()
         return int(spot.body[spot.index].lineno)
 
     @property
     def key(self) -> tuple[str, str, str]:
         """What it is known by, whatever stands above it in the file."""
         return self.name, self.before, self.after
+
+    def _spot(self) -> Spot:
+        return spots_in(syntax(self.function))[self.place]
 
     def _changed(self) -> tuple[ast.FunctionDef, Spot]:
         tree = syntax(self.function)

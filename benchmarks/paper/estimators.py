@@ -85,18 +85,16 @@ def model_of(physical: Array) -> TorqueModel:
     return TorqueModel(*(float(value) for value in physical), *CURVE.values())
 
 
-def run_rls(regressors: Array, outputs: Array, forgetting_factor: float, covariance: float) -> tuple[Array, Array]:
-    """Return the estimate after each row, (m, n), and the prediction errors before each, (m,), by (10)-(13) from zero.
-
-    ``R0`` is ``covariance`` times the identity.
-    """
-    return _recursion(np.zeros(regressors.shape[1]), covariance, regressors, outputs, forgetting_factor)
-
-
-def _recursion(
-    first: Array, covariance: float, regressors: Array, outputs: Array, forgetting_factor: float
+def run_rls(
+    regressors: Array, outputs: Array, forgetting_factor: float, covariance: float, first: Array | None = None
 ) -> tuple[Array, Array]:
-    state = RLSState(first.copy(), covariance * np.eye(first.size), np.zeros(first.size))
+    """Return the estimate after each row, (m, n), and the prediction errors before each, (m,), by (10)-(13).
+
+    The first estimate is zero by default; ``R0`` is ``covariance`` times the identity.
+    """
+    size = regressors.shape[1]
+    begun = np.zeros(size) if first is None else first.copy()
+    state = RLSState(begun, covariance * np.eye(size), np.zeros(size))
     found = np.zeros(regressors.shape), np.zeros(outputs.size)
     rls_loop(state, regressors, outputs, forgetting_factor, *found)
     return found
@@ -181,7 +179,7 @@ def fit_form(record: Record, inertia: float, bandwidth: float) -> Form:
     torque_form_rows(torque_form, signals, *measured, (SLOWEST, HOLD / pole), rows, outputs, used)
     begun = np.zeros(len(columns))
     begun[places[0]] = inertia
-    found, _ = _recursion(begun, VAGUE, rows[used], outputs[used], 1.0)
+    found, _ = run_rls(rows[used], outputs[used], 1.0, VAGUE, begun)
     estimates = np.ascontiguousarray(np.vstack([begun, found])[np.cumsum(used)][:, places])
     ways = {"prior": (estimates, True), "online": (estimates[-1:], True), "free": (estimates[-1:], False)}
     errors = {name: record.velocity - predict(one, record, one_step=step) for name, (one, step) in ways.items()}

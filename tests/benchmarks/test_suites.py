@@ -13,7 +13,7 @@ from benchmarks import __main__ as command
 from benchmarks import running, suite
 from benchmarks.compare import geometric_mean, moved_lines, summary_lines
 from benchmarks.results import Result, Row, read_result
-from benchmarks.running import gathered, run_case, run_suite, scenario_case
+from benchmarks.running import gathered, run_case, run_suite, tracked
 from benchmarks.suite import Case, Suite, load_suite, suite_names
 
 NAMES = suite_names()
@@ -113,7 +113,7 @@ def test_a_scenario_that_is_made_here_is_compared_with_pi():
 
     from benchmarks.cases.situations import named_scenario
 
-    case = scenario_case("row", "label", 3, partial(named_scenario, "light", 3))
+    case = Case("label/3", 3, partial(tracked, "row", partial(named_scenario, "light"), 1, 3))
     found = run_case(case, ["pi", "adaptive"])
     assert found[""] == {"row": "row"}
     assert found["adaptive"]["settled"] == pytest.approx(found["pi"]["error"] / found["adaptive"]["error"])
