@@ -5,8 +5,10 @@ with drives that saturate and do not report it, and with elastic gears.
 """
 
 import math
+import tomllib
 from collections.abc import Callable
 from functools import partial
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -17,53 +19,27 @@ from adaptive_ff.studies.sweep import class_of, draw_scenario, fall_over_gain
 from benchmarks.running import tracked
 from benchmarks.suite import Case
 
-PERIODS = (0.02, 0.01, 0.005, 0.002, 0.001)  # sampling periods, s
-INERTIAS = (0.003, 100.0)  # smallest and largest inertia, kg m^2
-SPEEDS = (0.05, 20.0)  # smallest and largest peak of the plan, rad/s
-
-TEMPOS = (0.1, 0.6)
-"""Slowest and fastest plan: its peak acceleration over its peak speed, by 2 pi, Hz; of sines about 0.6 of that."""
-
-FRICTION = (0.2, 20.0)  # smallest and largest Coulomb friction over the torque of the inertia at that acceleration
-STRIBECK_VELOCITIES = (0.03, 0.4)  # smallest and largest Stribeck velocity over the peak speed
-PRESLIDING = (3e-4, 3e-2)  # smallest and largest way before a joint with bristles slides, in seconds of the peak speed
-LAGS = (0.002, 0.05)  # shortest and longest lag of friction, s, of two joints of three that are not LuGre's
-
-NOISE = (2e-4, 8e-3)
-"""Least and largest noise of the measured velocity over the peak speed; or a count of the encoder a period."""
-
-BANDWIDTHS = (0.04, 0.1)  # smallest and largest bandwidth of the loop over the sampling rate, without delay
+RANGES = tomllib.loads(Path(__file__).with_suffix(".toml").read_text(encoding="utf-8"))
 DELAYS = {0: 1.0, 1: 0.45, 2: 0.3}  # periods of delay of the drive, and the fraction of the bandwidth that they leave
 LONGEST_STEP = 1e-3  # step of the simulated joint, s, about; shorter where its friction asks for it
 KINDS = ("stribeck", "lugre", "elasto_plastic")  # kinds of friction, as often the one as the other
-WEIGHTS = (0.1, 3.0)  # smallest and largest torque of the weight of a machine in a cascade, over its Coulomb friction
 
 RIGID = {"inertia", "coulomb", "stiction", "viscous", "stribeck_velocity", "stribeck_shape", "friction_lag"}
 """Fields of a joint that one with an elastic gear has as well, the lag but of one without LuGre friction."""
 
-LINK_FRACTIONS = (0.3, 0.8)  # smallest and largest fraction of the inertia that is beyond the gear
-RESONANCES = (3.0, 10.0)  # smallest and largest resonance of a gear over the bandwidth of the loop
-GEAR_DAMPING = 0.05  # damping of that resonance
-GAPS = (1e-4, 5e-3)  # smallest and largest play, in seconds of the peak speed
-
-SATURATIONS = (0.5, 1.05)
-"""Smallest and largest limit of a drive that saturates unreported, over the torque that its plan needs."""
+GEAR_DAMPING = 0.05  # damping of the resonance of a gear
 
 PEAK_QUANTILE = 0.995
-"""Share of the time in which the needed torque is no larger than its peak: single peaks are of noise."""
+"""Fraction of the time in which the needed torque is no larger than its peak: single peaks are of noise."""
 
 ABOVE_STICTION = 1.02  # least limit of such a drive over the stiction of its joint, which it would never move otherwise
-RESTS = (1.0, 20.0)  # shortest and longest rest between the moves of a machine that rests, s
-LASTS = 120.0  # duration of its run, s
-WEIGHT_STREAM = 1  # stream of random numbers of the weight
-SATURATION_STREAM = 2  # stream of random numbers of the limit
-REST_STREAM = 3  # stream of random numbers of moves and rests
-GEAR_STREAM = 4  # stream of random numbers of the gear
+LASTS = 120.0  # duration of the run of a machine that rests, s
+WEIGHT, SATURATION, REST, GEAR = 1, 2, 3, 4  # streams of random numbers of what is drawn beside the machine
 
 
-def log_uniform(generator: np.random.Generator, bounds: tuple[float, float]) -> float:
-    """Return a number whose logarithm is drawn evenly between those of two bounds."""
-    return float(np.exp(generator.uniform(*np.log(bounds))))
+def log_uniform(generator: np.random.Generator, name: str) -> float:
+    """Return a number of a range by name, whose logarithm is drawn evenly."""
+    return float(np.exp(generator.uniform(*np.log(RANGES[name]))))
 
 
 def moves(peak: float, tempo: float, dwell: float) -> dict[str, Any]:
@@ -97,20 +73,20 @@ def draw_machine(seed: int, draw: int) -> Scenario:
     """
     generator = np.random.default_rng([seed, draw])
 
-    def wide(bounds: tuple[float, float]) -> float:
-        return log_uniform(generator, bounds)
+    wide = partial(log_uniform, generator)
 
     def choice(values: Any) -> Any:
         return values[generator.integers(len(values))]
 
-    period, inertia, peak, tempo, kind = choice(PERIODS), wide(INERTIAS), wide(SPEEDS), wide(TEMPOS), choice(KINDS)
+    period, inertia, peak = choice(RANGES["periods"]), wide("inertia"), wide("speed")
+    tempo, kind = wide("tempo"), choice(KINDS)
     torque = inertia * 2.0 * math.pi * tempo * peak
-    coulomb = wide(FRICTION) * torque
+    coulomb = wide("friction") * torque
     stiction, viscous = float(generator.uniform(1.0, 1.8)) * coulomb, float(generator.uniform(0.0, 1.5)) * coulomb
-    stribeck_velocity, way = peak * wide(STRIBECK_VELOCITIES), peak * wide(PRESLIDING)
-    lag = choice((0.0, 1.0, 1.0)) * wide(LAGS)
-    delay, noise = choice(tuple(DELAYS)), peak * wide(NOISE)
-    bandwidth = float(generator.uniform(*BANDWIDTHS)) / period * DELAYS[delay]
+    stribeck_velocity, way = peak * wide("stribeck_velocity"), peak * wide("presliding")
+    lag = choice((0.0, 1.0, 1.0)) * wide("lag")
+    delay, noise = choice(tuple(DELAYS)), peak * wide("noise")
+    bandwidth = float(generator.uniform(*RANGES["bandwidth"])) / period * DELAYS[delay]
     joint = {
         "kind": kind,
         "inertia": inertia,
@@ -142,8 +118,8 @@ def draw_machine(seed: int, draw: int) -> Scenario:
         "velocity": {"cutoff": min(5.0 * bandwidth, 0.4 / period)},
         "actuator": {"torque_limit": strength, "delay": delay * period},
         "reference": choice(plans),
-        "feedback": {"inertia": inertia * wide((0.8, 1.25)), "bandwidth": bandwidth},
-        "adaptation": {"stribeck_velocity": stribeck_velocity * wide((0.5, 2.0))},
+        "feedback": {"inertia": inertia * wide("inertia_error"), "bandwidth": bandwidth},
+        "adaptation": {"stribeck_velocity": stribeck_velocity * wide("stribeck_error")},
         "fixed": {"inertia": inertia, "coulomb": coulomb, "viscous": viscous / peak},
     }
     return with_fine_steps(table, joint, period)
@@ -155,8 +131,8 @@ def draw_cascade(seed: int, draw: int) -> Scenario:
     That gravity is there is given, how much is not. The position loop has the default gain, a sixth of the bandwidth of
     the velocity loop. The encoder of the position makes a count a period at the speed of the machine's noise.
     """
-    machine, generator = draw_machine(seed, draw), np.random.default_rng([seed, draw, WEIGHT_STREAM])
-    weight = machine.joint.coulomb * log_uniform(generator, WEIGHTS)
+    machine, generator = draw_machine(seed, draw), np.random.default_rng([seed, draw, WEIGHT])
+    weight = machine.joint.coulomb * log_uniform(generator, "weight")
     sensor, period = machine.sensor, machine.sampling.period
     return machine.modified(
         joint={"gravity": weight, "gravity_phase": float(generator.uniform(-math.pi, math.pi))},
@@ -168,8 +144,8 @@ def draw_cascade(seed: int, draw: int) -> Scenario:
 
 def draw_resting(seed: int, draw: int) -> Scenario:
     """Return the machine of :func:`draw_cascade`, which moves to and fro between rests of 1 to 20 s."""
-    machine, generator = draw_cascade(seed, draw), np.random.default_rng([seed, draw, REST_STREAM])
-    tempo, rest = log_uniform(generator, TEMPOS), log_uniform(generator, RESTS)
+    machine, generator = draw_cascade(seed, draw), np.random.default_rng([seed, draw, REST])
+    tempo, rest = log_uniform(generator, "tempo"), log_uniform(generator, "rest")
     peak = float(np.max(np.abs(machine.reference_velocity())))
     return machine.modified(duration=LASTS, reference=moves(peak, tempo, rest))
 
@@ -179,10 +155,10 @@ def draw_elastic(seed: int, draw: int) -> Scenario:
 
     Nothing of the gear is given. Friction is that of the motor, the Stribeck curve with its lag.
     """
-    machine, generator = draw_machine(seed, draw), np.random.default_rng([seed, draw, GEAR_STREAM])
-    fraction, inertia = float(generator.uniform(*LINK_FRACTIONS)), machine.joint.inertia
+    machine, generator = draw_machine(seed, draw), np.random.default_rng([seed, draw, GEAR])
+    fraction, inertia = float(generator.uniform(*RANGES["link_fraction"])), machine.joint.inertia
     reduced = fraction * (1.0 - fraction) * inertia
-    resonance = 2.0 * math.pi * machine.feedback.bandwidth * log_uniform(generator, RESONANCES)
+    resonance = 2.0 * math.pi * machine.feedback.bandwidth * log_uniform(generator, "resonance")
     joint = machine.joint.model_dump(include=RIGID) | {
         "kind": "backlash" if draw % 2 else "elastic",
         "link_share": fraction,
@@ -190,7 +166,7 @@ def draw_elastic(seed: int, draw: int) -> Scenario:
         "link_damping": 2.0 * GEAR_DAMPING * resonance * reduced,
     }
     if draw % 2:
-        joint["gap"] = float(np.max(np.abs(machine.reference_velocity()))) * log_uniform(generator, GAPS)
+        joint["gap"] = float(np.max(np.abs(machine.reference_velocity()))) * log_uniform(generator, "gap")
     return with_fine_steps(machine.model_dump(exclude_defaults=True), joint, machine.sampling.period)
 
 
@@ -203,7 +179,7 @@ def draw_saturating(seed: int, draw: int) -> Scenario:
     scenario = (draw_machine if draw % 2 else draw_joint)(seed, draw // 2)
     without = {"torque_limit": None} if scenario.actuator.torque_limit else {}
     run = simulate(scenario.modified(actuator=without), "oracle", uncertain=False)
-    fraction = float(np.random.default_rng([seed, draw, SATURATION_STREAM]).uniform(*SATURATIONS))
+    fraction = float(np.random.default_rng([seed, draw, SATURATION]).uniform(*RANGES["saturation"]))
     needed = fraction * float(np.quantile(np.abs(run.torque), PEAK_QUANTILE))
     limit = max(needed, ABOVE_STICTION * scenario.joint.stiction)
     return scenario.modified(actuator={"torque_limit": limit, "reports_torque": False})

@@ -9,21 +9,11 @@ from adaptive_ff.comparison.registry import make_controller
 from adaptive_ff.scenario.truth import true_model
 from adaptive_ff.studies.study import Found
 from benchmarks.cases.drawn import draw_joint
-from benchmarks.suite import Case, seeded
+from benchmarks.suite import Case, Rows, seeded
 
 COMPARED = ("inertia", "coulomb", "stiction", "viscous", "friction_lag")
 
 NORMAL_95 = 1.959964  # half of the interval that holds 95 % of a normal error, in standard deviations
-
-LOOPS = {
-    f"{round(1.0 / period)} Hz, noise {1e3 * noise:g} mrad/s, {duration:g} s": (period, noise, duration)
-    for period, noise, duration in (
-        *((0.01, 0.002, duration) for duration in (5.0, 10.0, 20.0, 60.0)),
-        *((0.01, noise, 60.0) for noise in (0.005, 0.0)),
-        *((0.001, 0.002, duration) for duration in (10.0, 20.0, 60.0)),
-    )
-}
-"""Sampling period (s), noise (rad/s) and duration (s) by name of the row."""
 
 
 def run_case(row: str, make: Callable[[int], Scenario], seed: int, controllers: list[str]) -> Found:
@@ -51,14 +41,19 @@ def _figures(controller: Any, true: Any) -> dict[str, float]:
     return figures
 
 
-def built_in(name: str, seed: int) -> Scenario:
-    """Return the built-in joint in a loop of :data:`LOOPS`."""
-    period, noise, duration = LOOPS[name]
+def built_in(period: float, noise: float, duration: float, seed: int) -> Scenario:
+    """Return the built-in joint with a sampling period (s) and noise of the velocity (rad/s) for a time (s)."""
     tables = {"sampling": {"period": period}, "sensor": {"velocity_noise": noise}}
     return load_scenario().modified(seed=seed, duration=duration, **tables)
 
 
-loops = seeded(run_case, {name: (name, partial(built_in, name)) for name in LOOPS})
+def loops_of(loops: list[tuple[float, float, float]]) -> Rows:
+    """Return rows of the built-in joint by period, noise and duration."""
+    made = {f"{round(1.0 / loop[0])} Hz, noise {1e3 * loop[1]:g} mrad/s, {loop[2]:g} s": loop for loop in loops}
+    return {name: (name, partial(built_in, *loop)) for name, loop in made.items()}
+
+
+loops = seeded(run_case, loops_of)
 
 
 def joints(count: int, first: int = 1) -> list[Case]:

@@ -21,8 +21,6 @@ from adaptive_ff.simulation.tracking_errors import ratios, tracking_errors
 from adaptive_ff.studies.study import Found
 from benchmarks.suite import pooled
 
-NAMES = ("paper_100hz", "noisy_1khz", "encoder", "delay", "elastic")
-
 
 def run_scenario(name: str, seeds: list[int], controllers: list[str]) -> Found:
     """Find the bandwidth of each controller and its errors there and in the common loop, medians over seeds.
@@ -90,5 +88,5 @@ def _median(scenarios: list[Scenario], controller: str) -> float:
     return float(np.median([settled_error(one, CONTROLLERS[controller]) for one in scenarios]))
 
 
-scenarios = pooled(run_scenario, {name: (name,) for name in NAMES})
+scenarios = pooled(run_scenario, lambda names: {name: (name,) for name in names})
 data_sheets = pooled(run_data_sheet, {name: (name,) for name in DATA_SHEETS})

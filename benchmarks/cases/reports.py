@@ -70,8 +70,8 @@ def run_mutants(room: str, mutants: int, seed: int, controllers: list[str]) -> F
 
 def run_chip(chip: str, _: list[int], kinds: list[str]) -> Found:
     """Measure exported controllers on a processor."""
-    module = imported("export.chips")
-    return {"": {"row": chip}, **{kind: module.measured(module.CHIPS[chip], kind) for kind in kinds}}
+    measured = imported("export.chips").measured
+    return {"": {"row": chip}, **{kind: measured(chip, kind) for kind in kinds}}
 
 
 experiments = pooled(run_experiment, lambda module: {name: (module, name) for name in imported(module).EXPERIMENTS})

@@ -7,6 +7,8 @@ the joints (``armature``), so the inertia depends on the pose less than that of 
 """
 
 import math
+import tomllib
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -45,9 +47,9 @@ class Axis(NamedTuple):
     name: str  # its name
     coulomb: float  # coulomb, viscous: friction, N m and N m s/rad
     viscous: float
-    preceding: tuple[str, ...]  # joints about parallel axes between the base and this one
-    gravity: bool  # whether it carries a weight
     swing: float  # half of the range that it moves in, rad
+    gravity: bool = False  # whether it carries a weight
+    preceding: Sequence[str] = ()  # joints about parallel axes between the base and this one
 
 
 class Machine(NamedTuple):
@@ -56,29 +58,21 @@ class Machine(NamedTuple):
     name: str  # what the table calls it
     friction: str  # ``"coulomb"`` or ``"LuGre"``
     model: Any  # its physics; the first pose is the middle of the motion
-    axes: tuple[Axis, ...]  # its joints, in the order of the model
+    axes: list[Axis]  # its joints, in the order of the model
     # shape (n,): inertia of each joint in the middle of the motion, kg m^2: what a designer would know
     inertia: Array
 
 
-HINGE = (Axis("hinge", 60.0, 80.0, (), False, 0.6),)
-ARM = (Axis("shoulder", 25.0, 20.0, (), True, 0.5), Axis("elbow", 12.0, 8.0, ("shoulder",), True, 0.6))
-ROBOT = (
-    Axis("waist", 25.0, 20.0, (), False, 0.6),
-    Axis("upper", 30.0, 25.0, (), True, 0.4),
-    Axis("fore", 20.0, 15.0, ("upper",), True, 0.4),
-    Axis("roll", 6.0, 4.0, (), False, 0.4),
-    Axis("pitch", 5.0, 4.0, ("upper", "fore"), True, 0.5),
-    Axis("flange", 3.0, 2.0, (), False, 0.8),
-)
-
-KINDS = {"hinge": HINGE, "two-link arm": ARM, "six-axis arm": ROBOT}
-BODIES = Path(__file__).parent / "machines"  # their bodies, NAME.xml
+MACHINES = Path(__file__).parent / "machines"  # their axes, ``axes.toml``, and bodies, NAME.xml
+KINDS = {
+    name: [Axis(**axis) for axis in axes]
+    for name, axes in tomllib.loads((MACHINES / "axes.toml").read_text(encoding="utf-8")).items()
+}
 
 
 def make_machine(name: str, friction: str, creep: float = CREEP) -> Machine:
     """Make a machine by name, with ``"coulomb"`` friction that creeps with a time constant (s), or ``"LuGre"``."""
-    axes, bodies = KINDS[name], (BODIES / f"{name}.xml").read_text()
+    axes, bodies = KINDS[name], (MACHINES / f"{name}.xml").read_text()
     joints, bristles = {}, []
     for axis in axes:
         joints[axis.name] = f'damping="{axis.viscous}"'
@@ -122,7 +116,7 @@ class Plan(NamedTuple):
     position: Array
 
 
-def multisines(axes: tuple[Axis, ...], seed: int, duration: float, period: float) -> Plan:
+def multisines(axes: Sequence[Axis], seed: int, duration: float, period: float) -> Plan:
     """Draw a sum of sines for each axis, which rises from rest and keeps within its swing."""
     time = period * np.arange(round(duration / period) + 1)
     fraction = np.clip(time / FADE, 0.0, 1.0)
@@ -142,7 +136,7 @@ def multisines(axes: tuple[Axis, ...], seed: int, duration: float, period: float
     return Plan(velocity, position)
 
 
-def moves(axes: tuple[Axis, ...], seed: int, duration: float, period: float) -> Plan:
+def moves(axes: Sequence[Axis], seed: int, duration: float, period: float) -> Plan:
     """Draw moves from point to point for each axis, with a rest after each."""
     columns = []
     for place, axis in enumerate(axes):

@@ -17,15 +17,6 @@ from benchmarks.suite import Rows, seeded
 
 STAIRS, STAIR_SPEEDS = 20, (1.0, 3.0)  # number and range (rad/s) of the speeds of a staircase, drawn for each reference
 
-SITUATIONS = (
-    *("paper_100hz", "noisy_1khz", "load_step_30", "load_step_80", "friction_drops", "friction_triples"),
-    *("payload_double", "payload_half", "gravity_40", "gravity_100", "lugre_1e3", "lugre_3e3", "lugre_1e4"),
-    *("slow_010", "slow_025", "slow_050", "steep_2", "steep_5", "steep_10", "steep_20"),
-    *("high_stiction", "high_stiction_vs_quarter", "high_stiction_vs_fourfold", "delay", "elastic"),
-    *("fast_loop_1khz", "fast_loop_encoder"),
-)
-"""Names of the scenarios of the package on which the adaptive controller is to be never worse than PI."""
-
 
 @cache
 def made(file: str = "situations") -> dict[str, dict[str, Any]]:
@@ -34,13 +25,12 @@ def made(file: str = "situations") -> dict[str, dict[str, Any]]:
 
 
 def rows_of(file: str = "situations", draws: int = 1, names: Iterable[str] = ()) -> Rows:
-    """Return the situations of a file, or some of them and of the package's scenarios by name."""
+    """Return situations of a file, all of them or some of them and of the package's scenarios by name."""
     return {name: (name, partial(named_scenario, name, file=file), draws) for name in names or made(file)}
 
 
-situations = seeded(tracked, lambda draws=1, names=(): rows_of("situations", draws, names or (*SITUATIONS, *made())))
-matrix = seeded(tracked, lambda draws=1: rows_of("situations", draws, scenario_names()))
-table = seeded(tracked, rows_of)
+situations = seeded(tracked, rows_of)
+matrix = seeded(tracked, lambda draws: rows_of(draws=draws, names=scenario_names()))
 
 
 def named_scenario(name: str, seed: int, file: str = "situations") -> Scenario:

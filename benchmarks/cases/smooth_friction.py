@@ -113,7 +113,7 @@ def squares_of(
 def run_case(case: Case, seed: int, controllers: list[str]) -> Found:
     """Drive a joint along the plan of a seed."""
     period, (coulomb, viscous) = 1.0 / case.rate, JOINTS[case.inertia]
-    axes, lag = (Axis("joint", coulomb, viscous, (), False, 0.6),), 0.5 * period if case.cascade else 0.0
+    axes, lag = (Axis("joint", coulomb, viscous, 0.6),), 0.5 * period if case.cascade else 0.0
     design = PI.design(inertia=case.inertia, period=period, bandwidth=BANDWIDTH)
     gains = design.proportional, design.integral, period
     plan = (moves if case.cascade else multisines)(axes, seed, DURATION, period)

@@ -46,9 +46,8 @@ def run() -> Experiment:
     fit = fit_stribeck(points.velocity, points.torque, points.standard_error)
     fits = [fit_stribeck(*draw_points(seed)) for seed in SEEDS]
     with warnings.catch_warnings():
-        warnings.simplefilter(
-            "ignore", UserWarning
-        )  # some of these points do not identify the curve; a row counts them
+        # some of these points do not identify the curve; a row counts them
+        warnings.simplefilter("ignore", UserWarning)
         rough = [fit_stribeck(*draw_points(seed, common=COMMON)) for seed in FEWER_SEEDS]
     name = f"{len(FEWER_SEEDS)} seeds, {100.0 * COMMON:g} % common to the readings of a drive"
     vague = 100.0 * float(np.mean([not one.determined for one in rough]))
@@ -126,10 +125,7 @@ def study_rows(name: str, fits: Sequence[StribeckFit], *, targets: bool) -> list
         holding = 100.0 * float(np.mean([one.lower <= true <= one.upper for one in found]))
         what = f"{name}: median error of {symbol}, %", f"{name}: 95 % intervals that hold {symbol}, %"
         bends = parameter.startswith("stribeck")
-        if bends and targets:
-            errors.append(Row(what[0], error, "< 10", error < LARGEST_ERROR))
-            held.append(Row(what[1], holding, "92 to 98", COVERAGE[0] <= holding <= COVERAGE[1]))
-        else:
-            errors += [Row(what[0], error)] if bends else []
-            held.append(Row(what[1], holding))
+        small, covers = ("< 10", error < LARGEST_ERROR), ("92 to 98", COVERAGE[0] <= holding <= COVERAGE[1])
+        errors += [Row(what[0], error, *(small if targets else ()))] if bends else []
+        held.append(Row(what[1], holding, *(covers if targets and bends else ())))
     return errors + held
