@@ -16,9 +16,9 @@ NOT_FOLLOWED = ("adaptive_ff.report", "adaptive_ff.cli", "adaptive_ff.export")
 """Packages that draw, print and write: no figure depends on them unless it is asked for by a module of theirs."""
 
 
-def fingerprint(modules: Iterable[str], files: Iterable[Path] = ()) -> str:
-    """Return the digest of what some modules import within the project, and of all bytes of further files."""
-    digest = hashlib.sha256()
+def fingerprint(modules: Iterable[str], files: Iterable[Path] = (), text: str = "") -> str:
+    """Return the digest of what some modules import within the project, of all bytes of some files, and of a text."""
+    digest = hashlib.sha256(text.encode())
     for name in sorted(import_closure(modules)):
         digest.update(f"{name} {_tree_digest(_file_of(name))}".encode())
     for file in sorted(files):

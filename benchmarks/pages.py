@@ -6,7 +6,6 @@ with a decimal point in a page is typed by hand, and must be listed for it in ``
 """
 
 import re
-import tomllib
 from collections.abc import Iterable
 from fnmatch import fnmatchcase
 from pathlib import Path
@@ -18,7 +17,6 @@ from benchmarks.suite import load_suite
 
 ROOT = Path(__file__).resolve().parent.parent
 BASELINE = RESULTS / "9787daa"  # results of the frozen commit, which stand in for a suite that has not been run since
-TYPED = Path(__file__).resolve().parent / "typed.toml"  # numbers that pages may show although no result holds them
 
 TABLE = re.compile(r"(<!-- table (?P<suite>\w+)\.(?P<view>\w+) -->\n).*?(<!-- /table -->)", re.DOTALL)
 NUMBER = re.compile(r"(<!--= (?P<reference>[^>]+?) -->)[^<]*(<!--/-->)")
@@ -127,17 +125,7 @@ def typed_numbers(text: str) -> list[str]:
     return [number for number in numbers_by_hand(text) if "." in number]
 
 
-def handwritten_words(text: str) -> int:
-    """Return how many words of a page are written by hand: all but the tables that are filled."""
-    return len(TABLE.sub("", text).split())
-
-
 def filled_numbers(text: str) -> int:
     """Return how many numbers of a page come from results."""
     tables = [match.group() for match in TABLE.finditer(text)]
     return sum(len(re.findall(r"\d+(?:\.\d+)?", CODE.sub("", table))) for table in tables) + len(NUMBER.findall(text))
-
-
-def allowed_numbers() -> dict[str, list[str]]:
-    """Return the numbers that ``typed.toml`` allows, by page."""
-    return tomllib.loads(TYPED.read_text(encoding="utf-8"))

@@ -54,10 +54,10 @@ def run_suite(
 
 
 def suite_fingerprint(suite: Suite) -> str:
-    """Return the digest of all code and scenarios that the figures of a suite depend on."""
+    """Return the digest of all that the figures of a suite depend on: code, scenarios, what it says of its cases."""
     root, ends = SUITES.parent, ("toml", "xml", "c", "ld")
     data = [file for end in ends for file in root.rglob(f"*.{end}") if file.parent not in (root, SUITES)]
-    return fingerprint(suite.code, [*SCENARIOS.rglob("scenarios/*"), *data])
+    return fingerprint(suite.code, [*SCENARIOS.rglob("scenarios/*"), *data], repr(suite.cases))
 
 
 def run_case(case: Case, controllers: list[str]) -> Found:

@@ -190,27 +190,27 @@ def draw_joint(seed: int, draw: int) -> Scenario:
     return draw_scenario(load_scenario(), seed, draw)
 
 
-def _steepness(scenario: Scenario) -> str:
-    return class_of(fall_over_gain(scenario))
-
-
-def _kind(scenario: Scenario) -> str:
+def row_of(kind: str, draw: int, scenario: Scenario) -> str:
+    """Return the row of a draw: of a joint how steeply its friction falls over Kp, else its kind."""
+    if kind == "joint":
+        return class_of(fall_over_gain(scenario))
+    if kind == "saturating":
+        return "machine" if draw % 2 else "joint"
     return {"elastic": "elastic gear", "backlash": "play"}.get(scenario.joint.kind, scenario.joint.kind)
 
 
-DRAWN: dict[str, tuple[Callable[[int, int], Scenario], Callable[[Scenario], str] | tuple[str, ...]]] = {
-    "joint": (draw_joint, _steepness),
-    "machine": (draw_machine, _kind),
-    "cascade": (draw_cascade, _kind),
-    "rests": (draw_resting, _kind),
-    "gear": (draw_elastic, _kind),
-    "saturating": (draw_saturating, ("joint", "machine")),
+DRAWN: dict[str, Callable[[int, int], Scenario]] = {
+    "joint": draw_joint,
+    "machine": draw_machine,
+    "cascade": draw_cascade,
+    "rests": draw_resting,
+    "gear": draw_elastic,
+    "saturating": draw_saturating,
 }
-"""What is drawn, by name, and the rows: of a joint by how steeply its friction falls over Kp; a tuple in turn."""
+"""What is drawn, by kind."""
 
 
 def scenarios(kind: str, count: int, draws: int = 1, first: int = 1) -> list[Case]:
     """Return so many draws of a kind."""
-    draw, row = DRAWN[kind]
-    rows = [row[place % len(row)] if isinstance(row, tuple) else row for place in range(count)]
-    return [Case(f"{kind}/{n}", n, partial(tracked, rows[n], partial(draw, first), draws, n)) for n in range(count)]
+    make = partial(DRAWN[kind], first)
+    return [Case(f"{kind}/{n}", n, partial(tracked, partial(row_of, kind, n), make, draws, n)) for n in range(count)]

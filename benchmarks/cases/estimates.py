@@ -2,7 +2,6 @@
 
 from collections.abc import Callable
 from functools import partial
-from typing import Any
 
 from adaptive_ff import Scenario, load_scenario, simulate
 from adaptive_ff.comparison.registry import make_controller
@@ -27,18 +26,12 @@ def run_case(row: str, make: Callable[[int], Scenario], seed: int, controllers: 
     for name in controllers:
         controller = make_controller(scenario, name)
         simulate(scenario, controller, uncertain=False)
-        found[name] = _figures(controller, true) if hasattr(controller, "uncertainties") else {}
+        found[name], uncertainties = {}, getattr(controller, "uncertainties", None)
+        for one in [one for one in COMPARED if uncertainties is not None and getattr(true, one) > 0.0]:
+            error = controller.estimates[one] - getattr(true, one)
+            found[name][one] = error / getattr(true, one)
+            found[name][f"{one}_inside"] = float(abs(error) <= NORMAL_95 * uncertainties[one])
     return {"": {"row": row}, **found}
-
-
-def _figures(controller: Any, true: Any) -> dict[str, float]:
-    figures, uncertainties = {}, controller.uncertainties
-    for name in COMPARED:
-        value, error = getattr(true, name), controller.estimates[name] - getattr(true, name)
-        if value > 0.0:
-            figures[name] = error / value
-            figures[f"{name}_inside"] = float(abs(error) <= NORMAL_95 * uncertainties[name])
-    return figures
 
 
 def built_in(period: float, noise: float, duration: float, seed: int) -> Scenario:

@@ -7,8 +7,7 @@ of the velocity and of the torque's steps are compared with what is allowed: 1.2
 that, one encoder count in a sampling period and 0.1 N m.
 """
 
-from collections.abc import Iterable
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +15,7 @@ from numpy.typing import NDArray
 from adaptive_ff import Run, Scenario, load_scenario, simulate
 from adaptive_ff.simulation.tracking_errors import TrackingErrors, figures_of, first_motion_time, tracking_errors
 from adaptive_ff.studies.study import Found
-from benchmarks.suite import seeded
+from benchmarks.suite import Rows, seeded
 
 Array = NDArray[np.float64]
 
@@ -29,16 +28,9 @@ STIFFNESSES = (1e3, 1e4, 2e4, 1e5)  # N m/rad
 QUIET_TORQUE = 0.1  # N m
 
 
-class HeldJoint(NamedTuple):
-    """A joint at a sampling rate."""
-
-    name: str  # what the table calls it
-    joint: dict[str, Any]  # table ``[joint]``
-    rate: int  # sampling rate, Hz
-
-
-def held_joints() -> Iterable[HeldJoint]:
-    """Return all joints at all rates."""
+def held_joints() -> Rows:
+    """Return all joints, as the table ``[joint]``, at all rates (Hz)."""
+    rows = {}
     for rate in RATES:
         for inertia, friction in (("20", HEAVY), ("2", LIGHT)):
             base = {**friction, "stribeck_velocity": 0.05, "solver_period": 5e-4}
@@ -48,7 +40,9 @@ def held_joints() -> Iterable[HeldJoint]:
                 **{f"LuGre {stiffness:.0e}": {"kind": "lugre", "stiffness": stiffness} for stiffness in STIFFNESSES},
             }
             for kind, own in kinds.items():
-                yield HeldJoint(f"{kind}, {inertia} kg m^2, {rate} Hz", {**base, **own}, rate)
+                name = f"{kind}, {inertia} kg m^2, {rate} Hz"
+                rows[name] = (name, {"kind": "stribeck", **base, **own}, rate)
+    return rows
 
 
 def drawn_moves(
@@ -64,14 +58,14 @@ def drawn_moves(
     return {"kind": "point_to_point", "positions": positions[1:], **limits, "repeats": 1}
 
 
-def scenario_of(case: HeldJoint, seed: int) -> Scenario:
-    """Return the cascade of a case."""
-    inertia = case.joint["inertia"]
+def scenario_of(joint: dict[str, Any], rate: int, seed: int) -> Scenario:
+    """Return the cascade of a joint."""
+    inertia = joint["inertia"]
     return load_scenario().modified(
         seed=seed,
         duration=MOVING + SETTLING + HOLDING,
-        joint={**case.joint, "kind": case.joint.get("kind", "stribeck")},
-        sampling={"period": 1.0 / case.rate},
+        joint=joint,
+        sampling={"period": 1.0 / rate},
         sensor={"velocity_noise": 0.0, "encoder_resolution": RESOLUTION},
         actuator={"torque_limit": 20.0 * inertia},
         reference=drawn_moves(np.random.default_rng([seed, 77]), (0.1, 0.4), 0.5, 1.0, MOVING - 5.0),
@@ -81,16 +75,16 @@ def scenario_of(case: HeldJoint, seed: int) -> Scenario:
     )
 
 
-def run_case(case: HeldJoint, seed: int, controllers: list[str]) -> Found:
-    """Move and hold the joint of a case."""
-    scenario = scenario_of(case, seed)
+def run_case(row: str, joint: dict[str, Any], rate: int, seed: int, controllers: list[str]) -> Found:
+    """Move and hold a joint."""
+    scenario = scenario_of(joint, rate, seed)
     runs = {name: simulate(scenario, name, uncertain=False) for name in dict.fromkeys(["pi", *controllers])}
     errors = {name: moving_errors(run) for name, run in runs.items()}
     rest = {
         name: at_rest(run.velocity[run.solver_time >= _held_from(run)], run.torque[run.time >= _held_from(run)])
         for name, run in runs.items()
     }
-    return {"": {"row": case.name}, **rest_figures(errors, rest, case.rate)}
+    return {"": {"row": row}, **rest_figures(errors, rest, rate)}
 
 
 def moving_errors(run: Run) -> TrackingErrors:
@@ -127,4 +121,4 @@ def rest_figures(
     }
 
 
-cascades = seeded(run_case, {case.name: (case,) for case in held_joints()})
+cascades = seeded(run_case, held_joints())

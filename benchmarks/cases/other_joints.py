@@ -94,8 +94,7 @@ def drawn_plan(kind: str, speed: float, period: float, random: np.random.Generat
     if kind == "multisine":
         rates, phases = 2.0 * math.pi * random.uniform(0.05, 1.2, 6), random.uniform(0.0, 2.0 * math.pi, 6)
         sines = np.sin(np.outer(time, rates) + phases).sum(axis=1)
-        plan: Array = speed / np.abs(sines).max() * sines * np.minimum(1.0, time)
-        return plan
+        return speed / np.abs(sines).max() * sines * np.minimum(1.0, time)
     if kind == "sine":
         return speed * np.sin(2.0 * math.pi * random.uniform(0.1, 0.8) * time)
     plan, begin, sign = np.zeros(time.size), round(0.3 / period), 1.0
@@ -251,20 +250,20 @@ def made(name: str, joint: DrawnJoint, loop: DrawnLoop, **options: Any) -> Any:
 
 
 def figures_on(
-    joint: DrawnJoint, loop: DrawnLoop, plan: Array, seed: int, controllers: list[str], **options: Any
+    row: str, joint: DrawnJoint, loop: DrawnLoop, plan: Array, seed: int, controllers: list[str], **options: Any
 ) -> Found:
-    """Return the figures of controllers on a joint; with options of the adaptive ones they are given the position."""
+    """Run controllers on a joint of a row; with options of the adaptive ones they are given the position."""
     errors = {}
     for name in dict.fromkeys(["pi", *controllers]):
         run = drive(made(name, joint, loop, **options), joint, loop, plan, seed, tells_position=bool(options))
         errors[name] = tracking_errors(np.square(run.errors), loop.period)
-    return dict(figures_of(errors))
+    return {"": {"row": row}, **figures_of(errors)}
 
 
 def run_joint(seed: int, controllers: list[str]) -> Found:
     """Drive the joint of a seed; its row says what the controller is not given, or how fine its encoder is."""
     joint, loop, plan = draw(seed)
-    return {"": {"row": row_of(loop, plan)}, **figures_on(joint, loop, plan, seed, controllers)}
+    return figures_on(row_of(loop, plan), joint, loop, plan, seed, controllers)
 
 
 def row_of(loop: DrawnLoop, plan: Array) -> str:
@@ -289,8 +288,7 @@ def run_coarse(sensor: str, counts: float, seed: int, controllers: list[str]) ->
     """Drive the joint of a seed with an encoder of few counts."""
     joint, loop, plan = draw(seed)
     coarse = loop._replace(sensor=sensor, resolution=float(np.abs(plan).max()) * loop.period / counts)
-    row = f"{counts:g} counts, {ENCODERS[sensor]}"
-    return {"": {"row": row}, **figures_on(joint, coarse, plan, seed, controllers)}
+    return figures_on(f"{counts:g} counts, {ENCODERS[sensor]}", joint, coarse, plan, seed, controllers)
 
 
 COARSE = {f"{sensor}, {counts:g}": (sensor, counts) for sensor in ENCODERS for counts in COUNTS}
@@ -310,7 +308,7 @@ def run_cogged(seed: int, fraction: float, given: bool, controllers: list[str]) 
     cogged = joint._replace(cogging=fraction * joint.coulomb)
     options = {"parameters": WITH_OFFSET, "ripple_periods": [2.0 * math.pi / joint.poles] if given else []}
     row = f"{fraction:g} of Fc, period {'given' if given else 'unspecified'}"
-    return {"": {"row": row}, **figures_on(cogged, loop, plan, seed, controllers, **options)}
+    return figures_on(row, cogged, loop, plan, seed, controllers, **options)
 
 
 def cogging(count: int, first: int = 1) -> list[Case]:

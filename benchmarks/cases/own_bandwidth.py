@@ -64,24 +64,16 @@ def run_data_sheet(name: str, seeds: list[int], controllers: list[str]) -> Found
     if "encoder" in sheet:
         sheet["encoder"] = Encoder(**sheet["encoder"])
     scenario = parse_scenario(tomllib.loads(new_scenario_text(**sheet)), name).modified(duration=LOADED_TIME)
-    errors, best = {}, {}
+    errors, found = {}, {}
     for controller in controllers:
-        best[controller] = find_own_bandwidth(scenario, CONTROLLERS[controller]).best
-        at = with_bandwidth(loaded(scenario), best[controller])
+        best = find_own_bandwidth(scenario, CONTROLLERS[controller]).best
+        at = with_bandwidth(loaded(scenario), best)
         runs = [simulate(at.modified(seed=seed), controller) for seed in seeds]
         squares = np.mean([(run.reference - run.velocity) ** 2 for run in runs], axis=0)
-        errors[controller] = tracking_errors(squares[squares.size // 2 :], at.joint.solver_period)
-    return {
-        "": {"row": name},
-        **{
-            controller: {
-                "settled": errors["pi"].windows[0] / own.windows[0],
-                "window": ratios(errors["pi"], own)["window"],
-                "own_bandwidth": best[controller],
-            }
-            for controller, own in errors.items()
-        },
-    }
+        errors[controller] = own = tracking_errors(squares[squares.size // 2 :], at.joint.solver_period)
+        settled, window = errors["pi"].windows[0] / own.windows[0], ratios(errors["pi"], own)["window"]
+        found[controller] = {"settled": settled, "window": window, "own_bandwidth": best}
+    return {"": {"row": name}, **found}
 
 
 def _median(scenarios: list[Scenario], controller: str) -> float:

@@ -100,19 +100,13 @@ class Job(NamedTuple):
         return read_log(path, scale=scale, **columns)
 
 
-JOBS = [
-    Job(name, joint) for name, table in machines().items() if "files" in table for joint in table.get("joints", [""])
-]
-
-
-def job_of(name: str) -> Job:
-    """Return the job of a joint by its name, which a process of its own is sent."""
-    return next(job for job in JOBS if job.name == name)
+LISTED = [(name, table.get("joints", [""])) for name, table in machines().items() if "files" in table]
+JOBS = {job.name: job for job in (Job(name, joint) for name, joints in LISTED for joint in joints)}
 
 
 def run_job(name: str, _: list[int], controllers: list[str]) -> Found:
     """Identify a joint, replay its logs and simulate it; ``controllers`` are the columns of the result."""
-    job = job_of(name)
+    job = JOBS[name]
     if missing := job.missing():
         raise ValueError(f"{', '.join(missing)} not there; source: {job.table['origin']}")
     logs = [job.read(record) for record in job.table["files"]]
@@ -140,7 +134,7 @@ def run_job(name: str, _: list[int], controllers: list[str]) -> Found:
 
 def identified(joint: str, _: list[int], controllers: list[str]) -> Found:
     """Identify a joint: its parameters, and the largest torque of its log (its 99.9th percentile), N m or N."""
-    (name,), job = controllers, job_of(joint)
+    (name,), job = controllers, JOBS[joint]
     log = job.read(job.table["files"][0])
     found = identify_log(log, linear=job.linear)
     largest = float(np.nanquantile(np.abs(log.torque), 0.999))
@@ -166,5 +160,5 @@ def quoted(joint: str, _: list[int], controllers: list[str]) -> Found:
 
 
 PUBLISHED = machines()["published"]
-joints, frictions = (pooled(run, {job.name: (job.name,) for job in JOBS}) for run in (run_job, identified))
+joints, frictions = (pooled(run, {name: (name,) for name in JOBS}) for run in (run_job, identified))
 published = pooled(quoted, {joint: (joint,) for joint in (*PUBLISHED["servos"], *PUBLISHED["joints"])})

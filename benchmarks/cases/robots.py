@@ -95,14 +95,6 @@ def make_machine(name: str, friction: str, creep: float = CREEP) -> Machine:
     return Machine(name, friction, model, axes, np.diag(inertia))
 
 
-def gravity_of(model: Any, data: Any, position: Array) -> Array:
-    """Return the torques that hold a pose at rest, N m; ``data`` is scratch."""
-    data.qpos[:], data.qvel[:] = position, 0.0
-    mujoco.mj_forward(model, data)
-    held: Array = data.qfrc_bias.copy()
-    return held
-
-
 SINES = 6
 SLOWEST, FASTEST = 0.1, 0.9  # Hz
 FADE = 2.0  # s, in which a multisine rises from rest
@@ -238,7 +230,7 @@ def make_controllers(name: str, machine: Machine, setup: Setup) -> Any:
 def drive(machine: Machine, name: str, plan: Plan, setup: Setup, seed: int) -> Driven:
     """Run a machine along a plan with the controllers of a name, and return what was left."""
     controller = make_controllers(name, machine, setup)
-    model, data, scratch = machine.model, mujoco.MjData(machine.model), mujoco.MjData(machine.model)
+    model, data, still = machine.model, mujoco.MjData(machine.model), mujoco.MjData(machine.model)
     generator, period = np.random.default_rng([seed, 11]), 1.0 / setup.rate
     substeps, count, joints = round(period / PHYSICS), plan.velocity.shape[0] - 1, len(machine.axes)
     data.qpos[:] = plan.position[0]
@@ -256,7 +248,9 @@ def drive(machine: Machine, name: str, plan: Plan, setup: Setup, seed: int) -> D
         else:
             velocity = data.qvel + noise
         if setup.gravity_given:
-            inputs["feedforward"] = gravity_of(model, scratch, read)
+            still.qpos[:], still.qvel[:] = read, 0.0
+            mujoco.mj_forward(model, still)
+            inputs["feedforward"] = still.qfrc_bias.copy()
         velocity_error[k], position_error[k] = plan.velocity[k] - data.qvel, plan.position[k] - data.qpos
         torques[k] = controller.step(plan.velocity[k], velocity, **inputs)
         data.qfrc_applied[:] = torques[k]

@@ -32,8 +32,7 @@ from adaptive_ff.comparison.registry import CONTROLLERS
 from adaptive_ff.studies.study import Store
 from benchmarks.fingerprint import fingerprint
 from benchmarks.mutation.compiled import ROOT, Copy
-from benchmarks.mutation.equivalent import EQUIVALENT
-from benchmarks.mutation.operators import Mutant, mutants
+from benchmarks.mutation.operators import EQUIVALENT, Mutant, mutants
 from benchmarks.mutation.session import Mutation
 from benchmarks.running import KEPT
 

@@ -12,6 +12,7 @@ import ast
 import copy
 import inspect
 import textwrap
+import tomllib
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -30,6 +31,10 @@ COMPARISONS: dict[type, tuple[type, ...]] = {
     ast.NotEq: (ast.Eq,),
 }
 """What stands in for a comparison: its boundary moved, and its opposite."""
+
+LISTED = tomllib.loads(Path(__file__).with_name("equivalent.toml").read_text(encoding="utf-8"))["mutants"]
+EQUIVALENT = {(one["function"], one["before"], one["after"]): one["reason"] for one in LISTED}
+"""Mutants that change nothing anybody could see, by key, each with the reason."""
 
 BOUNDING = ("min", "max", "abs")
 

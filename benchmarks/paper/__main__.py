@@ -32,12 +32,6 @@ SOURCE = "seed 1, python -m benchmarks.paper"  # what stands below each picture
 BAD_INPUT = 2
 
 
-def run_all() -> list[Experiment]:
-    """Run every experiment and show progress on a terminal."""
-    with progress_bars(error_console()) as bars:
-        return [run() for run in bars.track(EXPERIMENTS.values(), description="experiments")]
-
-
 def printed(experiment: Experiment) -> Iterator[str]:
     """Yield the lines that are printed of an experiment: its figures, then the notes."""
     yield f"\n{experiment.title}"
@@ -70,7 +64,8 @@ def run_and_write(out: Path, json: Path | None) -> list[Experiment]:
         stage = stack.enter_context(staged(out))
         if json is not None and json.is_dir():
             raise InputError(f"{json}: cannot be written: it is a folder")
-        experiments = run_all()
+        bars = stack.enter_context(progress_bars(error_console()))
+        experiments = [run() for run in bars.track(EXPERIMENTS.values(), description="experiments")]
         for experiment in experiments:
             stamp(experiment.figures.values(), SOURCE)
             write_figures(experiment.figures, stage, ["png"])

@@ -42,8 +42,7 @@ def watch(seed: int) -> Watched:
 
 def physical_of(coefficients: Array) -> Array:
     """Return the physical parameters that coefficients of (4) stand for, shape (5,); not numbers where none."""
-    found: Array = physical_series(coefficients[np.newaxis], ROBOT_PERIOD)[0]
-    return found
+    return np.asarray(physical_series(coefficients[np.newaxis], ROBOT_PERIOD)[0])
 
 
 def run() -> Experiment:

@@ -16,7 +16,7 @@ from adaptive_ff.learning.batch import (
     torque_form_rows,
 )
 from adaptive_ff.learning.batch_least_squares import Array, LeastSquaresFit, fit_least_squares
-from adaptive_ff.learning.rls import RLSState, update_rls_in_place
+from adaptive_ff.learning.rls import RLSState, initial_rls_state, update_rls_in_place
 from adaptive_ff.learning.series import COEFFICIENTS, series_regressors, write_physical
 from adaptive_ff.learning.torque_form import TorqueForm, initial_signals, regressor_names, settle_signals_in_place
 from benchmarks.paper.records import CURVE, PERIOD, Record, predict
@@ -93,8 +93,7 @@ def run_rls(
     The first estimate is zero by default; ``R0`` is ``covariance`` times the identity.
     """
     size = regressors.shape[1]
-    begun = np.zeros(size) if first is None else first.copy()
-    state = RLSState(begun, covariance * np.eye(size), np.zeros(size))
+    state = initial_rls_state(np.zeros(size) if first is None else first, covariance * np.eye(size))
     found = np.zeros(regressors.shape), np.zeros(outputs.size)
     rls_loop(state, regressors, outputs, forgetting_factor, *found)
     return found
@@ -197,5 +196,4 @@ def physical_series(coefficients: Array, period: float) -> Array:
 def is_possible(physical: Array) -> Mask:
     """Tell which rows are a joint: positive inertia, friction and lag not negative."""
     with np.errstate(invalid="ignore"):
-        possible: Mask = (physical[:, 0] > 0.0) & np.all(physical[:, 1:] >= 0.0, axis=1)
-    return possible
+        return np.asarray((physical[:, 0] > 0.0) & np.all(physical[:, 1:] >= 0.0, axis=1))

@@ -6,7 +6,7 @@ import numpy as np
 
 from adaptive_ff.friction.model import model_friction
 from adaptive_ff.learning.batch_least_squares import Array
-from adaptive_ff.learning.rls import RLSState, update_rls_in_place
+from adaptive_ff.learning.rls import RLSState, initial_rls_state, update_rls_in_place
 from adaptive_ff.simulation.metrics import rms
 from benchmarks.cases.reports import Row
 from benchmarks.paper.estimators import regression, rls_loop
@@ -61,7 +61,7 @@ def update_rls(form: str, state: RLSState, regressors: Array, output: float, for
 def watch(form: str, rows: Array, outputs: Array, covariance: float) -> History:
     """Run one form of the recursion and watch its covariance; stop where it has grown beyond all bounds."""
     size = rows.shape[1]
-    state = RLSState(np.zeros(size), covariance * np.eye(size), np.zeros(size))
+    state = initial_rls_state(np.zeros(size), covariance * np.eye(size))
     kept_matrices, errors = [], np.zeros(outputs.size)
     for start in range(0, outputs.size - CHUNK + 1, CHUNK):
         part = slice(start, start + CHUNK)

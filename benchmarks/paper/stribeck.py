@@ -5,13 +5,14 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from adaptive_ff.friction.model import UNITS
 from adaptive_ff.learning.stribeck import Array, StribeckFit, fit_stribeck
 from adaptive_ff.learning.support_points import SupportPoints, support_points
 from adaptive_ff.simulation.experiment import build_plain_setup, empty_record
 from adaptive_ff.simulation.loop import run_compiled, start_position
 from adaptive_ff.simulation.metrics import rms
 from benchmarks.cases.reports import Row
-from benchmarks.paper.experiment import Experiment, notes
+from benchmarks.paper.experiment import SYMBOLS, Experiment, notes
 from benchmarks.paper.figures import figure_08
 from benchmarks.paper.records import SCENARIO, SEED, TRUE
 from controllers import PI
@@ -30,14 +31,8 @@ SEEDS = range(1, 501)
 FEWER_SEEDS = range(1, 101)
 LARGEST_ERROR = 10.0  # %
 COVERAGE = (92.0, 98.0)  # %
-NAMES = {
-    "coulomb": ("Fc", ", N m"),
-    "stiction": ("Fs", ", N m"),
-    "viscous": ("sigma", ", N m s/rad"),
-    "stribeck_velocity": ("Vs", ", rad/s"),
-    "stribeck_shape": ("delta", ""),
-}
-"""Symbols and units of the fitted parameters."""
+NAMES = {name: SYMBOLS[name] for name in ("coulomb", "stiction", "viscous")}
+NAMES |= {"stribeck_velocity": "Vs", "stribeck_shape": "delta"}  # symbols of the fitted parameters
 
 
 def run() -> Experiment:
@@ -109,8 +104,8 @@ def drive_rows(points: SupportPoints, fit: StribeckFit) -> list[Row]:
         Row("drives: error of the mean torque, N m rms", rms(points.torque - true_friction(points.velocity))),
         Row("drives: scatter about the fit, in standard errors", fit.scatter),
     ]
-    for name, (symbol, unit) in NAMES.items():
-        found = fit.estimates[name]
+    for name, symbol in NAMES.items():
+        found, unit = fit.estimates[name], f", {UNITS[name]}" if name in UNITS else ""
         text = f"{found.value:.4g} ({found.lower:.4g} to {found.upper:.4g})"
         rows.append(Row(f"drives: {symbol}{unit}, with 95 % interval (true {getattr(TRUE, name):g})", text))
     return rows
@@ -119,7 +114,7 @@ def drive_rows(points: SupportPoints, fit: StribeckFit) -> list[Row]:
 def study_rows(name: str, fits: Sequence[StribeckFit], *, targets: bool) -> list[Row]:
     """Return median errors of Vs and delta, and how often the intervals hold the truth."""
     errors, held = [], []
-    for parameter, (symbol, _) in NAMES.items():
+    for parameter, symbol in NAMES.items():
         true, found = getattr(TRUE, parameter), [fit.estimates[parameter] for fit in fits]
         error = 100.0 * float(np.median([abs(one.value / true - 1.0) for one in found]))
         holding = 100.0 * float(np.mean([one.lower <= true <= one.upper for one in found]))

@@ -4,8 +4,7 @@ import importlib
 
 import pytest
 
-from benchmarks.mutation.equivalent import EQUIVALENT
-from benchmarks.mutation.operators import mutants
+from benchmarks.mutation.operators import EQUIVALENT, mutants
 
 
 @pytest.mark.parametrize("name", sorted({name for name, _, _ in EQUIVALENT}))

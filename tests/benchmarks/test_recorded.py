@@ -10,13 +10,13 @@ from benchmarks.suite import load_suite
 
 def test_absent_data_are_said_with_their_source(tmp_path, monkeypatch):
     monkeypatch.setattr(recorded, "DATA", tmp_path)
-    for job, case in zip(JOBS, recorded.joints(), strict=True):
+    for job, case in zip(JOBS.values(), recorded.joints(), strict=True):
         refused = run_case(case, ["identify"])[""]["refused"]
         assert job.table["origin"] in refused
         assert all(file in refused for file in job.table["files"])
 
 
-MISSING = recorded.job_of("KUKA KR300 axis 6").missing()
+MISSING = JOBS["KUKA KR300 axis 6"].missing()
 
 
 @pytest.mark.skipif(bool(MISSING), reason=f"the recorded data lie outside the repository and are not there: {DATA}")
