@@ -5,9 +5,10 @@ A table stands between ``<!-- table SUITE.VIEW -->`` and ``<!-- /table -->``, a 
 with a decimal point in a page is typed by hand, and must be listed for it in ``typed.toml``.
 """
 
+import fnmatch
+import itertools
 import re
 from collections.abc import Iterable
-from fnmatch import fnmatchcase
 from pathlib import Path
 
 from adaptive_ff.errors import InputError
@@ -89,11 +90,8 @@ def table_of(name: str, view: str) -> str:
 
 def _rows(result: Result, patterns: Iterable[str]) -> Iterable[str]:
     """Return rows in the order of the patterns, and ``all`` where it is asked for."""
-    found: dict[str, None] = {}
-    for pattern in patterns:
-        chosen = [ALL] if pattern == ALL else [name for name in result.rows if fnmatchcase(name, pattern)]
-        found |= dict.fromkeys(chosen)
-    return found
+    chosen = ([ALL] if pattern == ALL else fnmatch.filter(result.rows, pattern) for pattern in patterns)
+    return dict.fromkeys(itertools.chain.from_iterable(chosen))
 
 
 def cell_of(result: Result, row: str, text: str) -> str:

@@ -57,7 +57,8 @@ def suite_fingerprint(suite: Suite) -> str:
     """Return the digest of all that the figures of a suite depend on: code, scenarios, what it says of its cases."""
     root, ends = SUITES.parent, ("toml", "xml", "c", "ld")
     data = [file for end in ends for file in root.rglob(f"*.{end}") if file.parent not in (root, SUITES)]
-    return fingerprint(suite.code, [*SCENARIOS.rglob("scenarios/*"), *data], repr(suite.cases))
+    generators = [f"benchmarks.cases.{table['from'].partition(':')[0]}" for table in suite.cases]
+    return fingerprint([*generators, *suite.modules], [*SCENARIOS.rglob("scenarios/*"), *data], repr(suite.cases))
 
 
 def run_case(case: Case, controllers: list[str]) -> Found:

@@ -89,12 +89,6 @@ class Suite:
         """Return whether a row is outside the contract."""
         return any(fnmatchcase(row, pattern) for pattern in self.outside)
 
-    @property
-    def code(self) -> list[str]:
-        """Modules that the figures come from, without what they import."""
-        generators = [f"benchmarks.cases.{table['from'].partition(':')[0]}" for table in self.cases]
-        return sorted({*generators, *self.modules})
-
 
 def suite_names() -> list[str]:
     """Return the names of all suites."""

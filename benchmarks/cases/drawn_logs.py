@@ -65,9 +65,8 @@ def draw_motion(generator: np.random.Generator, duration: float, speed: float, p
         place, begin = 0.0, 0
         while begin < time.size:
             target = generator.uniform(-1.0, 1.0) if kind == 1 else (1.0 if place <= 0.0 else -1.0)
-            length = max(
-                8, round(FINE / pace * abs(target - place) * 0.5 * (1.0 if kind == 2 else generator.uniform(0.7, 1.5)))
-            )
+            slower = 1.0 if kind == 2 else generator.uniform(0.7, 1.5)
+            length = max(8, round(FINE / pace * abs(target - place) * 0.5 * slower))
             stop = min(begin + length, time.size)
             velocity[begin:stop] = (target - place) * FINE / length
             place, begin = target, begin + length

@@ -75,9 +75,8 @@ def filtered(record: Record) -> Identification:
 
 def series(velocity: Array, torque: Array, *, sliding: bool, period: float = PERIOD) -> Identification:
     """Identify by (4), from all samples or from those that slide one way."""
-    return identify_series(
-        velocity, torque, period, **CURVE, use=slides_one_way(velocity, SLOWEST) if sliding else None
-    )
+    use = slides_one_way(velocity, SLOWEST) if sliding else None
+    return identify_series(velocity, torque, period, **CURVE, use=use)
 
 
 def model_of(physical: Array) -> TorqueModel:

@@ -22,7 +22,6 @@ from benchmarks.paper.records import PERIOD, SEED, TRUE, simulate_noise
 MILLISECOND = 1e-3  # s
 EXACT = 1e-9  # relative difference below which two numbers count as equal
 
-
 READINGS = {
     "corrected": (False, False),
     "a1 as printed": (True, False),

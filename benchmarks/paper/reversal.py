@@ -37,13 +37,11 @@ def run() -> Experiment:
     data = simulate_noise(SEED)
     coefficients = series(data.velocity, data.acting, sliding=True).regression.values
     found = [measure(simulate_noise(SEED, duration=DURATION, corner=corner), coefficients) for corner in CORNERS]
-    rows = [
-        Row(f"reversals at {one.speed:.1f} rad/s^2: fraction of the squared error, %", 100.0 * one.fractions[kind])
-        if kind == "reversal"
-        else Row(f"the same, samples at {kind}, %", 100.0 * one.fractions[kind])
-        for one in found
-        for kind in ("reversal", "rest")
-    ]
+    rows = []
+    for one in found:
+        reversals = f"reversals at {one.speed:.1f} rad/s^2: fraction of the squared error, %"
+        rows.append(Row(reversals, 100.0 * one.fractions["reversal"]))
+        rows.append(Row("the same, samples at rest, %", 100.0 * one.fractions["rest"]))
     sizes = {
         "(4): one-step error on reversals": [one.sizes["reversal"] for one in found],
         "torque form, simulated: one-step error on reversals": [one.form for one in found],
