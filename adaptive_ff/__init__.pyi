@@ -16,8 +16,8 @@ from .friction.model import PER_DIRECTION_WITH_GRAVITY as PER_DIRECTION_WITH_GRA
 from .friction.model import WITH_GRAVITY as WITH_GRAVITY
 from .friction.model import WITH_OFFSET as WITH_OFFSET
 from .friction.model import TorqueModel as TorqueModel
-from .identify.identification import LogIdentification as LogIdentification
 from .identify.identification import identify_log as identify_log
+from .identify.result import LogIdentification as LogIdentification
 from .learning.batch import identify_series as identify_series
 from .learning.batch import identify_torque_form as identify_torque_form
 from .learning.stribeck import fit_stribeck as fit_stribeck

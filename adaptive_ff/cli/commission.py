@@ -12,7 +12,7 @@ from adaptive_ff.cli.output import bars, staged_results, warn
 from adaptive_ff.errors import InputError
 
 if TYPE_CHECKING:
-    from adaptive_ff.identify.identification import LogIdentification
+    from adaptive_ff.identify.result import LogIdentification
     from adaptive_ff.logs.log import Log
     from adaptive_ff.scenario.scenario import Scenario
     from adaptive_ff.studies.commissioning import Gain

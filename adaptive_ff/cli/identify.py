@@ -24,7 +24,7 @@ from adaptive_ff.cli.output import error_console, progress_bars, staged_results,
 from adaptive_ff.errors import InputError
 
 if TYPE_CHECKING:
-    from adaptive_ff.identify.identification import LogIdentification
+    from adaptive_ff.identify.result import LogIdentification
 
 SCENARIO, REFERENCE = "scenario.toml", "reference.csv"
 """Files of the identified joint."""

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import scipy
@@ -17,10 +17,13 @@ TEXTBOOK = ("inertia", "coulomb", "viscous", "offset")
 GRAVITY = ("gravity_sine", "gravity_cosine")
 """... and what a weight on a rotary axis adds."""
 
+ASYMMETRY = "viscous_asymmetry"
+"""What friction differs by between both directions."""
+
 DRY = frozenset({"coulomb", "stiction_excess", "load_friction"})
 """Terms of dry friction, beside those of a map of it."""
 
-VISCOUS = frozenset({"viscous", "viscous_asymmetry"})
+VISCOUS = frozenset({"viscous", ASYMMETRY})
 """Terms of viscous friction, which follow with the lag as well, equation (1)."""
 
 NO_LAG, NO_SPEED = 1e-6, 1e-9
@@ -37,6 +40,16 @@ class Shape(NamedTuple):
     friction_lag: float = 0.0
     path: float = 0.0
     stribeck_velocity: float = 0.0
+
+    @property
+    def bends(self) -> dict[str, float]:
+        """The numbers of friction's shape that are not zero, by name."""
+        return {name: value for name, value in self._asdict().items() if value}
+
+    def bent(self, name: str, value: float) -> "Shape":
+        """Return the shape with another one of the numbers."""
+        changed: dict[str, Any] = {name: value}
+        return self._replace(**changed)
 
 
 class Map(NamedTuple):

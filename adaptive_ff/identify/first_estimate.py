@@ -3,7 +3,7 @@
 import math
 from collections.abc import Sequence
 from statistics import NormalDist
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from adaptive_ff.errors import InputError, check_positive
 from adaptive_ff.friction.identifying import ALL_CHOICES, check_parameters
@@ -15,14 +15,13 @@ from adaptive_ff.friction.model import (
     WITH_OFFSET,
     TorqueModel,
 )
-from adaptive_ff.identify.result import ASYMMETRY, IdentifiedJoint
-from adaptive_ff.identify.selection import Parameter
+from adaptive_ff.identify.columns import ASYMMETRY
+
+if TYPE_CHECKING:
+    from adaptive_ff.identify.result import LogIdentification
 
 REPORTED_AS = dict(zip(GRAVITY, ("gravity_sine", "gravity_cosine"), strict=True))
 """Names in an identification of what controllers call otherwise."""
-
-FRICTION = ("coulomb", "viscous", "stiction_excess")
-"""Friction of a simulated joint."""
 
 ASSUMED_LAG = 0.01
 """Friction lag where none is identified, s: fed too early friction throws a joint, too late it sticks a little."""
@@ -71,8 +70,8 @@ class FirstEstimate(NamedTuple):
     position_map: tuple[float, ...] | None = None
 
 
-def torque_model(found: IdentifiedJoint, torque_constant: float | None = None) -> TorqueModel:
-    """Return the best model of an identified joint as a controller takes it.
+def torque_model(found: "LogIdentification", torque_constant: float | None = None) -> TorqueModel:
+    """Return the best model as the torque model of a controller; ``torque_constant`` (N m/A) of a current.
 
     Raises
     ------
@@ -82,47 +81,55 @@ def torque_model(found: IdentifiedJoint, torque_constant: float | None = None) -
     scale = _torque_scale(found, torque_constant)
     if found.value("inertia") <= 0.0:
         raise InputError(f"{found.name}: the inertia is not identifiable, so there is no model of the joint")
-    known = found.joint_parameters
-    coulomb, viscous, excess = (known[name].value if name in known else 0.0 for name in FRICTION)
-    fast = float(abs(found.rows.velocity).max())
+    known = {name: scale * one.value for name, one in found.joint_parameters.items()}
+    excess = known.get("stiction_excess", 0.0)
     return TorqueModel(
-        inertia=scale * found.value("inertia"),
-        coulomb=scale * coulomb,
-        stiction=scale * (coulomb + excess),
-        viscous=scale * viscous,
+        inertia=known["inertia"],
+        coulomb=known.get("coulomb", 0.0),
+        stiction=known.get("coulomb", 0.0) + excess,
+        viscous=known.get("viscous", 0.0),
         friction_lag=found.value("friction_lag") or (0.0 if found.value("path") else ASSUMED_LAG),
-        stribeck_velocity=found.value("stribeck_velocity") if excess else float(f"{SLOW * fast:.3g}"),
+        stribeck_velocity=found.value("stribeck_velocity")
+        if excess
+        else float(f"{SLOW * float(abs(found.rows.velocity).max()):.3g}"),
         stribeck_shape=1.0,
-        offset=scale * found.value("offset"),
-        viscous_asymmetry=scale * found.value(ASYMMETRY),
+        offset=known.get("offset", 0.0),
+        viscous_asymmetry=known.get(ASYMMETRY, 0.0),
         presliding=found.value("path"),
     )
 
 
 def first_estimate(
-    found: IdentifiedJoint, torque_constant: float | None = None, parameters: Sequence[str] | None = None
+    found: "LogIdentification", torque_constant: float | None = None, parameters: Sequence[str] | None = None
 ) -> FirstEstimate:
-    """Return what a controller begins with; see `IdentifiedJoint.first_estimate`."""
-    names = _suiting(found) if parameters is None else _checked(parameters)
+    """Return what an adaptive controller begins with: arguments of ``AdaptiveController``, by name.
+
+    Parameters
+    ----------
+    found : LogIdentification
+        The joint.
+    torque_constant : float, optional
+        N m/A (N/A), where the log has a current.
+    parameters : sequence of str, optional
+        What the controller is to identify; by default what suits the model.
+    """
+    try:
+        names = _suiting(found) if parameters is None else check_parameters(parameters, ALL_CHOICES)
+    except ValueError as error:
+        raise InputError(str(error)) from error
     model, scale = torque_model(found, torque_constant), _torque_scale(found, torque_constant)
     values = model._asdict()
     values |= {name: scale * found.value(REPORTED_AS[name]) for name in GRAVITY if name in names}
-    known, spread = found.joint_parameters, {}
-    normal = NormalDist().inv_cdf(0.5 + 0.5 * found.confidence)
+    normal, deviation = NormalDist().inv_cdf(0.5 + 0.5 * found.confidence), {}
     for name in names:
-        one = known.get(REPORTED_AS.get(name, name))
+        one = found.joint_parameters.get(REPORTED_AS.get(name, name))
         if one is not None:
-            unit = 1.0 if name == "friction_lag" else scale
-            spread[name] = unit * _spread(one, normal)
-    if "coulomb" in spread:
-        spread.setdefault("stiction", spread["coulomb"])
-    deviation = {name: value for name, value in spread.items() if math.isfinite(value) and value > 0.0}
+            half = max(one.upper - one.value, one.value - one.lower) * (1.0 if name == "friction_lag" else scale)
+            deviation[name] = half / normal
+    if "coulomb" in deviation:
+        deviation.setdefault("stiction", deviation["coulomb"])
+    deviation = {name: value for name, value in deviation.items() if math.isfinite(value) and value > 0.0}
     first = FirstEstimate(model.inertia, model.stribeck_velocity, model.stribeck_shape, names, values, deviation)
-    return _with_map(first, found)
-
-
-def _with_map(first: FirstEstimate, found: IdentifiedJoint) -> FirstEstimate:
-    """Return a first estimate with friction over position as it was identified."""
     place, coulomb = found.place, found.value("coulomb")
     if not any(f"friction_{name}" in found.best.values for name in place.names) or coulomb <= 0.0:
         return first
@@ -137,25 +144,13 @@ def _with_map(first: FirstEstimate, found: IdentifiedJoint) -> FirstEstimate:
     )
 
 
-def _spread(one: Parameter, normal: float) -> float:
-    """Return the standard deviation of a parameter by its interval."""
-    return max(one.upper - one.value, one.value - one.lower) / normal
-
-
-def _checked(parameters: Sequence[str]) -> tuple[str, ...]:
-    try:
-        return check_parameters(parameters, ALL_CHOICES)
-    except ValueError as error:
-        raise InputError(str(error)) from error
-
-
-def _suiting(found: IdentifiedJoint) -> tuple[str, ...]:
+def _suiting(found: "LogIdentification") -> tuple[str, ...]:
     if found.value(ASYMMETRY) != 0.0:
         return PER_DIRECTION if found.linear else PER_DIRECTION_WITH_GRAVITY
     return WITH_OFFSET if found.linear else WITH_GRAVITY
 
 
-def _torque_scale(found: IdentifiedJoint, torque_constant: float | None) -> float:
+def _torque_scale(found: "LogIdentification", torque_constant: float | None) -> float:
     """Return the factor from the log's torque to N m (N)."""
     is_current = found.units["torque"] == "A"
     if torque_constant is None:

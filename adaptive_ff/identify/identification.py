@@ -7,15 +7,13 @@ from dataclasses import replace
 import numpy as np
 
 from adaptive_ff.errors import InputError, check_kind, check_positive
-from adaptive_ff.friction.model import TorqueModel
-from adaptive_ff.identify.columns import TEXTBOOK, Map, Shape
-from adaptive_ff.identify.first_estimate import FirstEstimate, first_estimate, torque_model
+from adaptive_ff.identify.columns import ASYMMETRY, TEXTBOOK, Map, Shape
+from adaptive_ff.identify.models import Data, Model
 from adaptive_ff.identify.motion import Array
 from adaptive_ff.identify.preparation import Prepared, narrowed, prepare
 from adaptive_ff.identify.regression import Folds
-from adaptive_ff.identify.result import ASYMMETRY, IdentifiedJoint, Recording, predicted
-from adaptive_ff.identify.selection import COLLINEAR, Data, Model, Selection, select
-from adaptive_ff.identify.simulators import simulator_text
+from adaptive_ff.identify.result import LogIdentification, Recording
+from adaptive_ff.identify.selection import COLLINEAR, Selection, select
 from adaptive_ff.identify.units import LINEAR, ROTARY, of_current
 from adaptive_ff.learning.confidence import check_confidence
 from adaptive_ff.logs.columns import in_degrees
@@ -46,40 +44,6 @@ EXPLAINED = 0.5
 
 UNEXPLAINED = 0.95
 """Fraction of the torque that a model must not leave for there to be a joint."""
-
-
-class LogIdentification(IdentifiedJoint):
-    """A joint identified from a log, with what a controller, a simulator or a script makes of it."""
-
-    def torque_model(self, torque_constant: float | None = None) -> TorqueModel:
-        """Return the best model as the torque model of a controller; ``torque_constant`` (N m/A) of a current."""
-        return torque_model(self, torque_constant)
-
-    def first_estimate(
-        self, torque_constant: float | None = None, parameters: Sequence[str] | None = None
-    ) -> FirstEstimate:
-        """Return what an adaptive controller begins with: arguments of ``AdaptiveController``, by name.
-
-        Parameters
-        ----------
-        torque_constant : float, optional
-            N m/A (N/A), where the log has a current.
-        parameters : sequence of str, optional
-            What the controller is to identify; by default what suits the model.
-        """
-        return first_estimate(self, torque_constant, parameters)
-
-    def simulator(self, kind: str, *, gear_ratio: float = 1.0) -> str:
-        """Return the joint as a simulator takes it: ``mjcf``, ``urdf``, ``isaac`` or ``drake``.
-
-        Parameters
-        ----------
-        kind : str
-            The simulator's format.
-        gear_ratio : float, optional
-            Turns of the motor in one of the joint: of a log on the motor's side the joint's values are written.
-        """
-        return simulator_text(self, kind, gear_ratio=gear_ratio)
 
 
 def identify_log(
@@ -157,7 +121,7 @@ def identify_log(
     other = kept if validation is None else validation
     if other is not None:
         measured = prepare(other, bandwidth=prepared.band, torque_delay=torque_delay, linear=linear)
-        error = predicted(found.best, Data(measured, data.place, not linear))
+        error = Data(measured, data.place, not linear).left(found.best)
         name = "the end of the log" if validation is None else validation.name
         said += [] if validation is None else [f"{name}: {sentence}" for sentence in measured.said]
         found = replace(found, validation=error, validated_on=name)

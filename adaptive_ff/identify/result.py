@@ -7,14 +7,15 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from adaptive_ff.identify import first_estimate as first
+from adaptive_ff.identify import simulators
 from adaptive_ff.identify.columns import Map, static_friction
+from adaptive_ff.identify.models import Fit, Parameter
 from adaptive_ff.identify.motion import Array, Rows
-from adaptive_ff.identify.selection import Data, Fit, Parameter
 from adaptive_ff.identify.units import unit_of
 from adaptive_ff.logs.defects import Skipped
 from adaptive_ff.reported import Reported
 
-ASYMMETRY = "viscous_asymmetry"
 GOOD, CARE, UNUSABLE = "good", "usable with care", "not usable"
 
 LEFT = {GOOD: 0.15, CARE: 0.5}
@@ -40,15 +41,9 @@ class Recording(NamedTuple):
     fitted: Array
 
 
-def predicted(fit: Fit, data: Data) -> float:
-    """Return what a model leaves of the torque of some rows, rms over rms."""
-    torque = data.prepared.torque
-    return math.sqrt(float(np.mean((torque - data.modelled(fit)) ** 2)) / float(np.mean(torque**2)))
-
-
 @dataclass(frozen=True, eq=False, repr=False)
-class IdentifiedJoint(Reported):
-    """A joint identified from a log.
+class LogIdentification(Reported):
+    """A joint identified from a log, with what a controller, a simulator or a script makes of it.
 
     Attributes
     ----------
@@ -88,6 +83,9 @@ class IdentifiedJoint(Reported):
     """
 
     _drawn_by = "plot_identification"
+    torque_model = first.torque_model
+    first_estimate = first.first_estimate
+    simulator = simulators.simulator_text
 
     name: str
     units: dict[str, str]

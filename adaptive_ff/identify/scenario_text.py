@@ -1,6 +1,7 @@
 """The scenario of an identified joint: a file that ``adaptive-ff compare`` takes, with what is assumed as comments."""
 
 import math
+from collections import defaultdict
 from contextlib import suppress
 from typing import Any
 
@@ -8,10 +9,9 @@ import numpy as np
 
 from adaptive_ff.errors import InputError
 from adaptive_ff.friction.model import TorqueModel
-from adaptive_ff.identify.columns import GRAVITY
-from adaptive_ff.identify.first_estimate import torque_model
+from adaptive_ff.identify.columns import ASYMMETRY
 from adaptive_ff.identify.motion import Array
-from adaptive_ff.identify.result import ASYMMETRY, IdentifiedJoint
+from adaptive_ff.identify.result import LogIdentification
 from adaptive_ff.scenario.content import MAIN_JOB
 from adaptive_ff.scenario.file import toml_text
 from plant.lugre import LuGreJoint
@@ -28,11 +28,14 @@ MOST_VARIED = 0.9
 SEAM = 1e-3
 """Difference of the velocities at both ends of the motion from which on they are joined, over the largest speed."""
 
+SAME = ("inertia", "coulomb", "stiction", "viscous", "stribeck_velocity", "stribeck_shape", "offset")
+"""Fields of a torque model that the joint of a scenario has by the same name."""
+
 NOT_SIMULATED = ("torque_delay", "load_friction")
 """Terms that the simulated joint has not, beside those over position."""
 
 
-def reference_columns(found: IdentifiedJoint) -> dict[str, Array]:
+def reference_columns(found: LogIdentification) -> dict[str, Array]:
     """Return the motion of the longest segment as the columns of a recorded reference."""
     rows = found.motion
     every = max(1, int(0.1 / (found.bandwidth * rows.period)))
@@ -55,19 +58,19 @@ def joined_ends(time: Array, velocity: Array) -> dict[str, Array]:
     return {"time": time, "velocity": velocity}
 
 
-def left_out(found: IdentifiedJoint) -> list[str]:
+def left_out(found: LogIdentification) -> list[str]:
     """Return the names of what the best model has and the simulated joint has not."""
     values = found.best.values
     names = [name for name in values if name in NOT_SIMULATED or name.startswith(("force_hat", "friction_hat"))]
     return names + (["dip at low speed"] if values.get("stiction_excess", 0.0) < 0.0 else [])
 
 
-def scenario_text(found: IdentifiedJoint, reference: str) -> str:
+def scenario_text(found: LogIdentification, reference: str) -> str:
     """Return the scenario of an identified joint.
 
     Parameters
     ----------
-    found : IdentifiedJoint
+    found : LogIdentification
         The joint.
     reference : str
         Name of the file with the recorded reference, beside the scenario file.
@@ -81,108 +84,78 @@ def scenario_text(found: IdentifiedJoint, reference: str) -> str:
         if name in found.unidentified or (name == "inertia" and found.value(name) <= 0.0):
             raise InputError(f"{found.name}: the {name} is not identifiable, so there is no scenario")
     period = float(f"{found.period:.4g}")
-    joint = joint_fields(found, period)
+    model = found.torque_model(1.0 if found.units["torque"] == "A" else None)
+    joint = _joint(found, model, period)
+    learnt, simulated = _over_position(found)
+    adaptation: dict[str, Any] = {"stribeck_velocity": joint["stribeck_velocity"], "memory": 5.0}
+    if found.linear:
+        adaptation["identify"] = "directions" if found.value(ASYMMETRY) else "offset"
+    elif "gravity" in joint:
+        adaptation["identify"] = "gravity"
     content = {
         "controllers": list(MAIN_JOB),
         "joint": joint,
         "sampling": {"period": period},
-        "sensor": {"velocity_noise": _rounded(found.motion.noise)},
+        "sensor": {"velocity_noise": found.motion.noise},
         "reference": {"kind": "csv", "path": reference},
-        "feedback": {"inertia": joint["inertia"], "bandwidth": _rounded(min(BANDWIDTH, PERIODS / period))},
-        "adaptation": {
-            "stribeck_velocity": joint["stribeck_velocity"],
-            "memory": 5.0,
-            **_learnt(found, joint),
-            **_mapped(found),
-        },
-        **_over_position(found),
-        "fixed": {**{name: joint[name] for name in ("inertia", "coulomb")}, "viscous": _rounded(_model(found).viscous)},
+        "feedback": {"inertia": joint["inertia"], "bandwidth": min(BANDWIDTH, PERIODS / period)},
+        "adaptation": adaptation | learnt,
+        **simulated,
+        "fixed": {"inertia": joint["inertia"], "coulomb": joint["coulomb"], "viscous": model.viscous},
     }
-    return toml_text(content, _comments(found, joint), _head(found))
+    return toml_text(_rounded(content), _comments(found, joint), _head(found))
 
 
-def joint_fields(found: IdentifiedJoint, period: float) -> dict[str, Any]:
+def _joint(found: LogIdentification, model: TorqueModel, period: float) -> dict[str, Any]:
     """Return the fields of a scenario's joint; the sampling period in s."""
-    model = _model(found)
-    substeps = max(1, math.ceil(period / SOLVER_STEP - 1e-9))
     joint: dict[str, Any] = {"axis": "linear"} if found.linear else {}
-    joint |= {name: _rounded(getattr(model, name)) for name in ("inertia", "coulomb", "stiction", "viscous")}
-    joint |= {name: _rounded(getattr(model, name)) for name in ("stribeck_velocity", "stribeck_shape")}
-    joint["offset"] = _rounded(model.offset)
+    joint |= {name: getattr(model, name) for name in SAME}
     if model.viscous_asymmetry:
-        joint["viscous"] = _rounded(max(0.0, model.viscous + model.viscous_asymmetry))
-        joint["viscous_backward"] = _rounded(max(0.0, model.viscous - model.viscous_asymmetry))
+        joint["viscous"] = max(0.0, model.viscous + model.viscous_asymmetry)
+        joint["viscous_backward"] = max(0.0, model.viscous - model.viscous_asymmetry)
     amplitude, phase = found.gravity
-    if amplitude > 0.0:
-        phase += float(found.motion.position[0])  # the simulated position is zero at the start
-        joint |= {"gravity": _rounded(amplitude), "gravity_phase": _rounded(phase)}
-    rest = {"friction_lag": _rounded(found.value("friction_lag")), "solver_period": _rounded(period / substeps)}
-    return joint | (_on_bristles(found, joint, period / substeps) or rest)
+    if amplitude > 0.0:  # the simulated position is zero at the start
+        joint |= {"gravity": amplitude, "gravity_phase": phase + float(found.motion.position[0])}
+    step = period / max(1, math.ceil(period / SOLVER_STEP - 1e-9))
+    if model.presliding > 0.0 and model.coulomb > 0.0:  # bristles of the LuGre model
+        bristles = {"kind": "lugre", "stiffness": model.coulomb / model.presliding, "damping": 0.0}
+        for finer in SOLVER_TIMES:
+            made: dict[str, Any] = _rounded(joint | bristles | {"solver_period": step / finer})
+            with suppress(ValueError):
+                LuGreJoint(**made)
+                return made
+    joint |= {"friction_lag": found.value("friction_lag"), "solver_period": step}
+    return {name: _rounded(value) for name, value in joint.items()}
 
 
-def _model(found: IdentifiedJoint) -> TorqueModel:
-    return torque_model(found, None if found.units["torque"] != "A" else 1.0)
-
-
-def _learnt(found: IdentifiedJoint, joint: dict[str, Any]) -> dict[str, str]:
-    """Return what a controller is to learn: gravity where the joint has some, and never on a linear axis."""
-    if found.linear:
-        return {"identify": "directions" if found.value(ASYMMETRY) else "offset"}
-    return {"identify": "gravity"} if "gravity" in joint else {}
-
-
-def _on_bristles(found: IdentifiedJoint, joint: dict[str, Any], step: float) -> dict[str, Any] | None:
-    """Return bristles of the LuGre model for a joint whose friction follows a path; None for another one."""
-    if not (found.value("path") > 0.0 and joint["coulomb"] > 0.0):
-        return None
-    bristles = {"kind": "lugre", "stiffness": _rounded(joint["coulomb"] / found.value("path")), "damping": 0.0}
-    for finer in SOLVER_TIMES:
-        made = bristles | {"solver_period": _rounded(step / finer)}
-        with suppress(ValueError):
-            LuGreJoint(**{**joint, **made})
-            return made
-    return None
-
-
-def _waves(found: IdentifiedJoint, kind: str) -> list[tuple[float, float]]:
-    """Return amplitude, N m, and period, rad, of each wave of friction or force over position."""
-    pairs = []
-    for number, period in enumerate(found.place.periods, start=1):
-        size = math.hypot(*(found.value(f"{kind}_{part}_{number}") for part in ("sine", "cosine")))
-        if size > 0.0:
-            pairs.append((size, period))
-    return pairs
-
-
-def _over_position(found: IdentifiedJoint) -> dict[str, Any]:
-    """Return friction and drive of the simulated joint over position: the strongest wave of each."""
-    made: dict[str, Any] = {}
-    friction, force, coulomb = _waves(found, "friction"), _waves(found, "force"), found.value("coulomb")
-    if friction and coulomb > 0.0:
-        size, period = max(friction)
-        fraction = min(size / coulomb, MOST_VARIED)
-        made["variation"] = {"position_amplitude": _rounded(fraction), "position_period": _rounded(period)}
-    if force:
-        size, period = max(force)
-        made["actuator"] = {"ripple_amplitude": _rounded(size), "ripple_period": _rounded(period)}
-    return made
-
-
-def _mapped(found: IdentifiedJoint) -> dict[str, Any]:
-    """Return what the controller is to learn of friction and force over position."""
-    made: dict[str, Any] = {}
-    if _waves(found, "force"):
-        made["ripple_periods"] = [_rounded(period) for _, period in _waves(found, "force")]
-    if _waves(found, "friction"):
-        made["position_periods"] = [_rounded(period) for _, period in _waves(found, "friction")]
+def _over_position(found: LogIdentification) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Return what the controller is to learn over position, and the strongest wave of each kind, which is simulated."""
+    waves: dict[str, list[tuple[float, float]]] = {"friction": [], "force": []}
+    for kind, pairs in waves.items():
+        for number, period in enumerate(found.place.periods, start=1):
+            size = math.hypot(*(found.value(f"{kind}_{part}_{number}") for part in ("sine", "cosine")))
+            pairs.extend([(size, period)] if size > 0.0 else [])
+    learnt: dict[str, Any] = {
+        key: [period for _, period in waves[kind]]
+        for key, kind in (("ripple_periods", "force"), ("position_periods", "friction"))
+        if waves[kind]
+    }
     if any(name.startswith("friction_hat") for name in found.best.values):
-        made["position_hats"] = found.place.hats
         start = float(found.motion.position[0])
-        made["position_range"] = [_rounded(end - start) for end in (found.place.low, found.place.high)]
-    return made
+        learnt |= {"position_hats": found.place.hats}
+        learnt |= {"position_range": [end - start for end in (found.place.low, found.place.high)]}
+    simulated: dict[str, Any] = {}
+    if waves["friction"] and found.value("coulomb") > 0.0:
+        size, period = max(waves["friction"])
+        fraction = min(size / found.value("coulomb"), MOST_VARIED)
+        simulated["variation"] = {"position_amplitude": fraction, "position_period": period}
+    if waves["force"]:
+        size, period = max(waves["force"])
+        simulated["actuator"] = {"ripple_amplitude": size, "ripple_period": period}
+    return learnt, simulated
 
 
-def _head(found: IdentifiedJoint) -> list[str]:
+def _head(found: LogIdentification) -> list[str]:
     """Return the comments above the scenario."""
     lines = [
         f"Joint identified from {found.source} in a band of {found.bandwidth:.3g} Hz: "
@@ -196,43 +169,48 @@ def _head(found: IdentifiedJoint) -> list[str]:
     return lines
 
 
-def _comments(found: IdentifiedJoint, joint: dict[str, Any]) -> dict[str, str]:
+SAYS = {
+    "inertia": "{inertia}",
+    "coulomb": "{coulomb}",
+    "stiction": "{stiction_excess} of what is above coulomb",
+    "viscous": "{viscous}",
+    "viscous_backward": "half of what both directions differ by: {viscous_asymmetry}",
+    "stribeck_velocity": "{stribeck_velocity}",
+    "offset": "{offset}",
+    "friction_lag": "{friction_lag}",
+    "stiffness": "coulomb over a path, {path}",
+    "gravity": "sine {gravity_sine}, cosine {gravity_cosine}",
+    "gravity_phase": "at the start of the motion",
+}
+"""How well each field of the joint is known; names in braces stand for the intervals of parameters."""
+
+SAID = {
+    "sampling.period": "as recorded",
+    "sensor.velocity_noise": "of the log's motion",
+    "reference.path": "the motion of the log in its band, its end led to its start, so that it repeats",
+    "feedback.inertia": "assumed: the designer knows it",
+    "feedback.bandwidth": "assumed; the machine's own loop is not known",
+    "adaptation.memory": "assumed",
+    "fixed": "the identified Coulomb and viscous friction",
+}
+"""Where the other fields are from."""
+
+
+def _comments(found: LogIdentification, joint: dict[str, Any]) -> dict[str, str]:
     """Return how well each value is known, or that it is assumed, by its key."""
-    bend = _interval(found, "stribeck_velocity")
-    mean = "mean of both directions: " if ASYMMETRY in found.best.values else ""
-    gravity = "from " + " and ".join(f"{name} {found.value(name):.4g}" for name in GRAVITY if name in found.best.values)
-    said = {
-        **{f"joint.{name}": _interval(found, name) for name in ("inertia", "coulomb", "offset")},
-        "joint.viscous": mean + _interval(found, "viscous"),
-        "joint.friction_lag": _interval(found, "friction_lag"),
-        "joint.viscous_backward": "half of what both directions differ by: " + _interval(found, ASYMMETRY),
-        "joint.stiffness": f"coulomb over a path of {found.value('path'):.4g}, {_interval(found, 'path')}",
-        "joint.stiction": _interval(found, "stiction_excess") + " of what is above coulomb",
-        "joint.stribeck_velocity": bend,
-        "joint.gravity": gravity,
-        "joint.gravity_phase": "at the start of the motion",
-    }
-    return {
-        **{key: text for key, text in said.items() if key.removeprefix("joint.") in joint},
-        "sampling.period": "as recorded",
-        "sensor.velocity_noise": "of the log's motion",
-        "reference.path": "the motion of the log in its band, its end led to its start, so that it repeats",
-        "feedback.inertia": "assumed: the designer knows it",
-        "feedback.bandwidth": "assumed; the machine's own loop is not known",
-        "adaptation.stribeck_velocity": bend,
-        "adaptation.memory": "assumed",
-        "fixed": "the identified Coulomb and viscous friction",
-    }
+    intervals = defaultdict(lambda: "assumed: the log shows none")
+    for name, one in found.joint_parameters.items():
+        intervals[name] = f"{100.0 * found.confidence:g} % interval {one.lower:.4g} to {one.upper:.4g}"
+    said = {f"joint.{name}": text.format_map(intervals) for name, text in SAYS.items() if name in joint}
+    if "viscous_backward" in joint:
+        said["joint.viscous"] = f"mean of both directions: {intervals['viscous']}"
+    return said | SAID | {"adaptation.stribeck_velocity": said["joint.stribeck_velocity"]}
 
 
-def _interval(found: IdentifiedJoint, name: str) -> str:
-    """Say how well a parameter is known."""
-    one = found.joint_parameters.get(name)
-    if one is None:
-        return "assumed: the log shows none"
-    return f"{100.0 * found.confidence:g} % interval {one.lower:.4g} to {one.upper:.4g}"
-
-
-def _rounded(value: float) -> float:
-    """Return a value with the digits that a person reads."""
-    return float(f"{value:.6g}")
+def _rounded(content: Any) -> Any:
+    """Return numbers, of tables and lists as well, with the digits that a person reads."""
+    if isinstance(content, dict):
+        return {name: _rounded(value) for name, value in content.items()}
+    if isinstance(content, list):
+        return [_rounded(value) for value in content]
+    return float(f"{content:.6g}") if isinstance(content, float) else content

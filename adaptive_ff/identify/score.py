@@ -7,17 +7,21 @@ simulates the position of the other, and the root mean square of the error count
 
 import math
 from dataclasses import dataclass, field, fields
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from adaptive_ff.errors import InputError
-from adaptive_ff.identify.identification import LogIdentification, identify_log
+from adaptive_ff.identify.identification import identify_log
 from adaptive_ff.identify.motion import Array, derivative, lowpass
 from adaptive_ff.identify.preparation import prepare
+from adaptive_ff.identify.result import LogIdentification
 from adaptive_ff.logs.log import Log, check_log
 from adaptive_ff.reported import Reported
 from controllers import compiled
+from plant.friction import Stribeck
+from plant.gravity import Gravity, gravity_torque
+from plant.step import JointParameters, JointState, friction_at, ready_joint, step_ready_joint
 
 WINDOW = 1.0
 """Length of a window, s."""
@@ -29,51 +33,18 @@ FOLLOWS, DRIFTS = 0.1, 0.5
 """Error in the windows over the motion in them, up to which the model follows, and up to which it drifts only."""
 
 
-class OpenLoop(NamedTuple):
-    """What the simulation takes: values of :mod:`adaptive_ff.identify.columns`, zero where there is none."""
-
-    inertia: float
-    coulomb: float
-    stiction_excess: float
-    stribeck_velocity: float
-    viscous: float
-    viscous_asymmetry: float
-    offset: float
-    gravity_sine: float
-    gravity_cosine: float
-    friction_lag: float
-
-
 @compiled
-def _follow(model: OpenLoop, torque: Array, start: Array, period: float, length: int, position: Array) -> None:
-    """Simulate from the start of each segment of a length: an implicit step for dry friction, so that a joint rests."""
-    count = torque.size
-    speed, place, friction = 0.0, 0.0, 0.0
-    for k in range(count):
+def _follow(
+    model: JointParameters, gravity: Gravity, torque: Array, start: Array, period: float, length: int, position: Array
+) -> None:
+    """Simulate the joint from the measured state at the start of each segment of a length."""
+    joint = ready_joint(model, period)
+    state = JointState(0.0, 0.0, 0.0)
+    for k in range(torque.size):
         if k % length == 0:
-            place, speed = start[0, k], start[1, k]
-            friction = 0.0
-            if speed != 0.0:
-                friction = math.copysign(model.coulomb, speed)
-        position[k] = place
-        pull = model.gravity_sine * math.sin(place) + model.gravity_cosine * math.cos(place)
-        slow = 0.0
-        if model.stiction_excess != 0.0:
-            slow = math.exp(-abs(speed) / model.stribeck_velocity)
-        dry = max(0.0, model.coulomb + model.stiction_excess * slow)
-        drive = torque[k] - model.offset - pull - model.viscous_asymmetry * abs(speed)
-        fraction = period / (model.friction_lag + period)
-        mass = model.inertia + period * model.viscous
-        free = (model.inertia * speed + period * (drive - (1.0 - fraction) * friction)) / mass
-        bound = period * fraction * dry / mass
-        towards = dry * free / max(bound, 1e-300)
-        if abs(free) > bound:
-            towards = math.copysign(dry, free)
-            speed = free - math.copysign(bound, free)
-        else:
-            speed = 0.0
-        friction = friction + fraction * (towards - friction)
-        place += period * speed
+            state = JointState(start[1, k], friction_at(model.friction, model.backward, start[1, k]), start[0, k])
+        position[k] = state.position
+        state = step_ready_joint(joint, state, torque[k] - gravity_torque(gravity, state.position), period)
 
 
 @dataclass(frozen=True, eq=False)
@@ -199,11 +170,18 @@ def _simulated(found: LogIdentification, log: Log, delay: float | None, *, linea
     smooth = lowpass(prepared.band, segment.period)(segment.position)
     velocity = np.interp(grid, time, derivative(smooth, segment.period))
     start = np.vstack([np.interp(grid, time, segment.position), velocity])
-    model = OpenLoop(*(found.value(name) for name in OpenLoop._fields))  # a path is left out
+    known = found.torque_model(1.0 if found.units["torque"] == "A" else None)
+    curve = Stribeck(known.coulomb, known.stiction, known.viscous, known.stribeck_velocity, known.stribeck_shape)
+    forward, backward = (
+        curve._replace(viscous=max(0.0, known.viscous + one))
+        for one in (known.viscous_asymmetry, -known.viscous_asymmetry)
+    )
+    lag = found.value("friction_lag")  # a path is left out
+    joint = JointParameters(known.inertia, forward, backward, known.offset, lag)
     results = []
     for length in (grid.size, max(1, round(WINDOW / step))):
         simulated = np.empty(grid.size)
-        _follow(model, torque, start, step, length, simulated)
+        _follow(joint, Gravity(*found.gravity), torque, start, step, length, simulated)
         results.append(simulated[::fine])
     whole, windows = (np.where(np.isfinite(one), one, 1e300) for one in results)
     length = max(1, round(WINDOW / segment.period))

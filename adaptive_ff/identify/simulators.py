@@ -14,12 +14,15 @@ the gear ratio alone. No engine has a Stribeck curve behind a lag; static fricti
 """
 
 import math
+from typing import TYPE_CHECKING
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from adaptive_ff.errors import InputError, check_positive
 from adaptive_ff.identify.first_estimate import torque_model
-from adaptive_ff.identify.result import IdentifiedJoint
+
+if TYPE_CHECKING:
+    from adaptive_ff.identify.result import LogIdentification
 
 EARTH = 9.81
 """Acceleration of gravity, m/s^2."""
@@ -44,10 +47,17 @@ NOTES = {
 """What the numbers mean, by the simulator."""
 
 
-def simulator_text(found: IdentifiedJoint, kind: str, *, gear_ratio: float = 1.0) -> str:
-    """Return the joint in the words of a simulator: a file, with what it cannot express as a comment.
+def simulator_text(found: "LogIdentification", kind: str, *, gear_ratio: float = 1.0) -> str:
+    """Return the joint as a file of a simulator, with what this cannot express as a comment.
 
-    Of a log on the motor's side the numbers are those behind a gear.
+    Parameters
+    ----------
+    found : LogIdentification
+        The joint.
+    kind : str
+        ``mjcf``, ``urdf``, ``isaac`` or ``drake``.
+    gear_ratio : float, optional
+        Turns of the motor in one of the joint: of a log on the motor's side the joint's values are written.
     """
     if kind not in ENDINGS:
         raise InputError(f"simulator {kind!r} is not known; allowed: {', '.join(ENDINGS)}")
@@ -77,7 +87,7 @@ def simulator_text(found: IdentifiedJoint, kind: str, *, gear_ratio: float = 1.0
     )
 
 
-def _not_expressed(found: IdentifiedJoint, joint: dict[str, float], kind: str) -> list[str]:
+def _not_expressed(found: "LogIdentification", joint: dict[str, float], kind: str) -> list[str]:
     """Return what the joint has and the engines have not."""
     lost = []
     if joint["stiction"] > joint["coulomb"]:

@@ -15,10 +15,11 @@ import scipy
 from adaptive_ff.errors import InputError, check_positive, sentence
 from adaptive_ff.friction.model import unit_of
 from adaptive_ff.identify.columns import Map
-from adaptive_ff.identify.identification import LogIdentification, check_delay, identify_log
+from adaptive_ff.identify.identification import check_delay, identify_log
+from adaptive_ff.identify.models import Data
 from adaptive_ff.identify.motion import Array, Rows
 from adaptive_ff.identify.preparation import Prepared, prepare
-from adaptive_ff.identify.selection import Data
+from adaptive_ff.identify.result import LogIdentification
 from adaptive_ff.identify.units import of_current
 from adaptive_ff.learning.kalman import LOOP, Member
 from adaptive_ff.logs.defects import Skipped

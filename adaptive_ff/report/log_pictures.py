@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
-from adaptive_ff.identify.identification import LogIdentification
+from adaptive_ff.identify.result import LogIdentification
 from adaptive_ff.identify.score import Score
 from adaptive_ff.replay.replay import COLD, FIXED, RECORDED, SAVED, Replay
 from adaptive_ff.report.style import INK, MEASURED, Look, Panel, Series, peak_of, picture, write_into

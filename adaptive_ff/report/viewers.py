@@ -18,7 +18,7 @@ from adaptive_ff.comparison.comparison import Comparison
 from adaptive_ff.comparison.run import Run
 from adaptive_ff.errors import InputError
 from adaptive_ff.friction.model import unit_of
-from adaptive_ff.identify.identification import LogIdentification
+from adaptive_ff.identify.result import LogIdentification
 from adaptive_ff.replay.replay import Replay
 from controllers.arrays import NDArray
 

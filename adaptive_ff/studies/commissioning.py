@@ -14,7 +14,7 @@ from adaptive_ff.comparison.own_bandwidth import TUNING_SEEDS, settled_error, wi
 from adaptive_ff.comparison.registry import CONTROLLERS, loop_of
 from adaptive_ff.comparison.run import simulate
 from adaptive_ff.errors import InputError
-from adaptive_ff.identify.identification import LogIdentification
+from adaptive_ff.identify.result import LogIdentification
 from adaptive_ff.identify.scenario_text import scenario_text
 from adaptive_ff.scenario.scenario import Scenario
 from adaptive_ff.studies.bandwidth_study import REPORTED_SEEDS, BandwidthStudy, study_bandwidths

@@ -23,7 +23,8 @@ from scipy import io
 
 from adaptive_ff import compare, load_scenario
 from adaptive_ff.files import write_csv
-from adaptive_ff.identify.identification import LogIdentification, identify_log
+from adaptive_ff.identify.identification import identify_log
+from adaptive_ff.identify.result import LogIdentification
 from adaptive_ff.identify.scenario_text import joined_ends, scenario_text
 from adaptive_ff.identify.score import score_log
 from adaptive_ff.logs.log import Log, read_log
