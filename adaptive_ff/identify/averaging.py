@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from adaptive_ff.identify.columns import GRAVITY, Shape
+from adaptive_ff.identify.columns import CARRIED, Shape
 from adaptive_ff.identify.models import Data, Fit, Model, Parameter, is_friction
 from adaptive_ff.identify.motion import Array
 from adaptive_ff.identify.regression import Folds, bounded, quantile, solve, spread
@@ -64,7 +64,7 @@ def averaged(data: Data, models: list[Estimated], confidence: float) -> Fit:
     """Return the textbook's model, the first, with its parameters averaged over models (J. Hoeting 1999).
 
     Each model counts by how it validates. Coulomb and viscous friction and offset of a richer one are those of the line
-    through its friction without lag, path and delay.
+    through its friction without lag, path, load and delay.
     """
     best = min((one.errors for one in models), key=lambda errors: float(np.mean(errors)))
     weights = np.array([_weight(one.errors, best) for one in models])
@@ -93,14 +93,14 @@ def _fit(data: Data, one: Estimated, names: tuple[str, ...], values: Array, half
 def _textbook_of(data: Data, names: tuple[str, ...], one: Estimated) -> Array:
     """Return the matrix that makes the textbook's parameters of the estimates of a model.
 
-    Its line of Coulomb and viscous friction is the one through the friction of the model without lag, path and
+    Its line of Coulomb and viscous friction is the one through the friction of the model without lag, path, load and
     delay; its offset is the mean of what that leaves, and of the loads.
     """
     inner, shape = one.model
     result = np.array([[float(own == name) for own in (*inner, *one.slopes)] for name in names])
     if inner == names and shape == Shape():
         return result
-    apart = {"torque_delay", "inertia", *GRAVITY}
+    apart = {"torque_delay", "load_friction", *CARRIED}
     slow = [place for place, name in enumerate(inner) if name not in apart]
     static = Model(tuple(inner[place] for place in slow), shape._replace(friction_lag=0.0, path=0.0))
     bends = _slopes(data, static, one.values[slow])

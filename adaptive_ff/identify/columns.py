@@ -17,6 +17,9 @@ TEXTBOOK = ("inertia", "coulomb", "viscous", "offset")
 GRAVITY = ("gravity_sine", "gravity_cosine")
 """... and what a weight on a rotary axis adds."""
 
+CARRIED = ("inertia", *GRAVITY)
+"""Terms whose torque a gear carries."""
+
 ASYMMETRY = "viscous_asymmetry"
 """What friction differs by between both directions."""
 
@@ -34,17 +37,19 @@ class Shape(NamedTuple):
     """What unit torques depend on other than linearly; zero where the joint does without.
 
     Time constant with which friction follows its static curve, s; displacement over which Coulomb friction turns after
-    a reversal, rad; speed over which friction passes from ``coulomb + stiction_excess`` to ``coulomb``, rad/s.
+    a reversal, rad; speed over which friction passes from ``coulomb + stiction_excess`` to ``coulomb``, rad/s. Inertia
+    and both parts of gravity, whose torque a gear carries, so that friction rises with it; empty: the known torque.
     """
 
     friction_lag: float = 0.0
     path: float = 0.0
     stribeck_velocity: float = 0.0
+    load: tuple[float, ...] = ()
 
     @property
     def bends(self) -> dict[str, float]:
         """The numbers of friction's shape that are not zero, by name."""
-        return {name: value for name, value in self._asdict().items() if value}
+        return {name: value for name, value in self._asdict().items() if value and name != "load"}
 
     def bent(self, name: str, value: float) -> "Shape":
         """Return the shape with another one of the numbers."""
@@ -132,7 +137,10 @@ def _dry(rows: Rows, shape: Shape, place: Map) -> dict[str, Array]:
     paths = np.array([shape.path] if shape.path else [])
     hypothesis = Hypothesis(1.0, paths, False, np.empty(0), waves, place.hats, place.low, spaced, True, 0, 1.0)
     curve = Curve(max(shape.friction_lag, NO_LAG), shape.stribeck_velocity or NO_SPEED, 1.0, 1.0, 1.0, 0.0)
-    columns = columns_along(hypothesis, curve, rows.between(), rows.period, rows.position, rows.known)
+    load = rows.known
+    if shape.load:
+        load = rows.in_band(np.column_stack([_unit(rows, name, place) for name in CARRIED])) @ np.array(shape.load)
+    columns = columns_along(hypothesis, curve, rows.between(), rows.period, rows.position, load)
     coulomb = columns[:, PATHS] if shape.path else columns[:, COULOMB] + columns[:, STICTION]
     further = iter(columns.T[PATHS + paths.size :])
     found = {"coulomb": coulomb, "stiction_excess": columns[:, STICTION]}

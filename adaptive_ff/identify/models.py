@@ -45,12 +45,13 @@ class Fit(NamedTuple):
 
 
 class Data(NamedTuple):
-    """All sliding rows of a log, and what may be asked of them."""
+    """All sliding rows of a log, and what may be asked of them; ``load`` is that of a :class:`Shape`."""
 
     prepared: Prepared
     place: Map
     rotary: bool
     narrower: Prepared | None = None
+    load: tuple[float, ...] = ()
 
     def columns(self, names: tuple[str, ...], shape: Shape) -> Array:
         """Return columns of all segments."""

@@ -149,6 +149,9 @@ def _over_position(found: LogIdentification) -> tuple[dict[str, Any], dict[str, 
         size, period = max(waves["friction"])
         fraction = min(size / found.value("coulomb"), MOST_VARIED)
         simulated["variation"] = {"position_amplitude": fraction, "position_period": period}
+    if found.gravity[0] > 0.0 and found.best.model.shape.load and found.value("coulomb") > 0.0:
+        share = max(0.0, found.value("load_friction")) / found.value("coulomb")
+        simulated.setdefault("variation", {})["load_share"] = share
     if waves["force"]:
         size, period = max(waves["force"])
         simulated["actuator"] = {"ripple_amplitude": size, "ripple_period": period}

@@ -7,7 +7,7 @@ simulates the position of the other, and the root mean square of the error count
 
 import math
 from dataclasses import dataclass, field, fields
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -21,7 +21,7 @@ from adaptive_ff.reported import Reported
 from controllers import compiled
 from plant.friction import Stribeck
 from plant.gravity import Gravity, gravity_torque
-from plant.step import JointParameters, JointState, friction_at, ready_joint, step_ready_joint
+from plant.step import JointParameters, JointState, friction_at, step_joint
 
 WINDOW = 1.0
 """Length of a window, s."""
@@ -33,18 +33,42 @@ FOLLOWS, DRIFTS = 0.1, 0.5
 """Error in the windows over the motion in them, up to which the model follows, and up to which it drifts only."""
 
 
+class Load(NamedTuple):
+    """The torque of a weight, and by how much friction rises with it and with the torque that accelerates the joint."""
+
+    weight: Gravity
+    friction: float
+
+
 @compiled
 def _follow(
-    model: JointParameters, gravity: Gravity, torque: Array, start: Array, period: float, length: int, position: Array
+    joint: JointParameters, load: Load, torque: Array, start: Array, period: float, length: int, position: Array
 ) -> None:
     """Simulate the joint from the measured state at the start of each segment of a length."""
-    joint = ready_joint(model, period)
-    state = JointState(0.0, 0.0, 0.0)
+    state, before = JointState(0.0, 0.0, 0.0), 0.0
     for k in range(torque.size):
         if k % length == 0:
-            state = JointState(start[1, k], friction_at(model.friction, model.backward, start[1, k]), start[0, k])
+            state = JointState(start[1, k], friction_at(joint.friction, joint.backward, start[1, k]), start[0, k])
+            before = state.velocity
         position[k] = state.position
-        state = step_ready_joint(joint, state, torque[k] - gravity_torque(gravity, state.position), period)
+        pull = gravity_torque(load.weight, state.position)
+        more = load.friction * abs(pull + joint.inertia * (state.velocity - before) / period)
+        before = state.velocity
+        now = JointParameters(
+            joint.inertia,
+            _raised(joint.friction, more),
+            _raised(joint.backward, more),
+            joint.offset,
+            joint.friction_lag,
+        )
+        state = step_joint(now, state, torque[k] - pull, period)
+
+
+def _raised(curve: Stribeck, more: float) -> Stribeck:
+    """Return a friction curve with more Coulomb friction, N m."""
+    return Stribeck(
+        curve.coulomb + more, curve.stiction + more, curve.viscous, curve.stribeck_velocity, curve.stribeck_shape
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -178,10 +202,11 @@ def _simulated(found: LogIdentification, log: Log, delay: float | None, *, linea
     )
     lag = found.value("friction_lag")  # a path is left out
     joint = JointParameters(known.inertia, forward, backward, known.offset, lag)
+    load = Load(Gravity(*found.gravity), max(0.0, found.value("load_friction")) if found.best.model.shape.load else 0.0)
     results = []
     for length in (grid.size, max(1, round(WINDOW / step))):
         simulated = np.empty(grid.size)
-        _follow(joint, Gravity(*found.gravity), torque, start, step, length, simulated)
+        _follow(joint, load, torque, start, step, length, simulated)
         results.append(simulated[::fine])
     whole, windows = (np.where(np.isfinite(one), one, 1e300) for one in results)
     length = max(1, round(WINDOW / segment.period))

@@ -8,7 +8,7 @@ import numpy as np
 from scipy import optimize
 
 from adaptive_ff.identify.averaging import averaged, estimated, with_intervals
-from adaptive_ff.identify.columns import GRAVITY, Shape
+from adaptive_ff.identify.columns import CARRIED, GRAVITY, Shape
 from adaptive_ff.identify.models import Data, Fit, Model, is_friction
 from adaptive_ff.identify.motion import Array
 from adaptive_ff.identify.regression import left_out_errors
@@ -28,7 +28,7 @@ class Rule(NamedTuple):
 REFINEMENT, WEIGHT = Rule(1.5, 0.1), Rule(0.7, 0.03)
 """For refinements, and for gravity, which most rotary joints have."""
 
-DIFFERENT = Rule(1.5, 0.0)
+DIFFERENT = REFINEMENT._replace(gain=0.0)
 """For models that only count in the intervals."""
 
 LAGS = (0.02, 0.04, 0.08, 0.16, 0.3, 0.6)
@@ -75,8 +75,8 @@ def refinements(data: Data, model: Model) -> Iterator[tuple[str, Model]]:
     if "coulomb" in names and not shape.stribeck_velocity:
         for fraction in SPEEDS:
             yield "stribeck", Model((*names, "stiction_excess"), shape._replace(stribeck_velocity=fraction * fast))
-    if data.prepared.has_known and "load_friction" not in names:
-        yield "load", Model((*names, "load_friction"), shape)
+    if "coulomb" in names and "load_friction" not in names:
+        yield "load", Model((*names, "load_friction"), shape._replace(load=data.load))
     for kind, further in _linear(data, model):
         if further and not set(further) <= set(names):
             yield kind, Model((*names, *further), shape)
@@ -97,7 +97,8 @@ def tried(data: Data, model: Model) -> dict[str, tuple[Model, Array]]:
     cache: dict[tuple[str, Shape], Array] = {}
     best: dict[str, tuple[Model, Array]] = {}
     for kind, one in refinements(data, model):
-        keys = [(name, one.shape if is_friction(name) else model.shape) for name in one.names]
+        shapes = model.shape, one.shape._replace(load=()), one.shape
+        keys = [(name, shapes[is_friction(name) + (name == "load_friction")]) for name in one.names]
         for name, shape in keys:
             if (name, shape) not in cache:
                 cache[name, shape] = data.columns((name,), shape)[:, 0]
@@ -120,6 +121,9 @@ def select(data: Data, terms: tuple[str, ...], confidence: float, *, weight: boo
         with_weight = left_out_errors(data.fit(heavy))
         if weight or is_better(errors, with_weight, WEIGHT):
             model, errors = heavy, with_weight
+    if not data.prepared.has_known:
+        found = dict(zip(model.names, data.fit(model).solve().tolist(), strict=True))
+        data = data._replace(load=tuple(found.get(name, 0.0) for name in CARRIED))
     around = tried(data, model) if refine else {}
     models = [(model, errors), *(one for one in around.values() if is_better(errors, one[1], DIFFERENT))]
     taken: list[str] = []

@@ -157,6 +157,16 @@ def test_load_friction_rises_with_the_known_torque():
     assert found.value("load_friction") == pytest.approx(0.2, rel=0.1)
 
 
+def test_friction_that_rises_with_the_torque_of_the_gear_is_apart_from_coulomb():
+    log, _ = sines_log(lambda q, w: 0.8 * np.sign(w) + 2.0 * np.sin(q))
+    carried = np.abs(0.5 * np.gradient(np.gradient(log.position, log.time), log.time) + 2.0 * np.sin(log.position))
+    speed = np.sign(np.gradient(log.position, log.time))
+    found = identify_log(with_torque(log, log.torque + 0.2 * carried * speed))
+    assert "load" in found.taken
+    assert found.value("load_friction") == pytest.approx(0.2, rel=0.1)
+    assert found.parameters["coulomb"].value == pytest.approx(0.8, rel=0.05)
+
+
 def test_a_torque_that_acts_later_is_shifted():
     log = make_log(noise=0.02)
     late = Log("log", log.time, np.interp(log.time + 0.01, log.time, log.torque), position=log.position)
