@@ -5,10 +5,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from adaptive_ff.identify.columns import CARRIED, Shape
-from adaptive_ff.identify.models import Data, Fit, Model, Parameter, is_friction
+from adaptive_ff.identify.columns import CARRIED, Shape, is_friction
 from adaptive_ff.identify.motion import Array
-from adaptive_ff.identify.regression import Folds, bounded, quantile, solve, spread
+from adaptive_ff.identify.preparation import Prepared
+from adaptive_ff.identify.regression import Fit, Folds, Model, Parameter, bounded, quantile, solve, spread
 
 SLOPE = "slope of "
 """Name of the column by which a shape is refined."""
@@ -28,7 +28,7 @@ class Estimated(NamedTuple):
     narrowed: Array
 
 
-def estimated(data: Data, model: Model, errors: Array) -> Estimated:
+def estimated(data: Prepared, narrower: Prepared | None, model: Model, errors: Array) -> Estimated:
     """Return a model with its estimates and their covariance.
 
     To the spread over folds comes what half a sample of the torque's time would change, as far as the rows leave it
@@ -43,13 +43,13 @@ def estimated(data: Data, model: Model, errors: Array) -> Estimated:
     bent = tuple(name.removeprefix(SLOPE) for name in slopes)
     values = np.append(folds.of(model.names).solve(), [math.log(getattr(model.shape, name)) for name in bent])
     moved = np.zeros(values.size)
-    if data.narrower is not None:
-        narrow = data._replace(prepared=data.narrower).fit(model).solve()
+    if narrower is not None:
+        narrow = narrower.fit(model).solve()
         moved[: narrow.size] = narrow - values[: narrow.size]
     return Estimated(model, errors, bent, values, spread(own) + _timing(data, folds, own), moved**2 / 3.0)
 
 
-def with_intervals(data: Data, one: Estimated, confidence: float) -> Fit:
+def with_intervals(data: Prepared, one: Estimated, confidence: float) -> Fit:
     """Return a model with the intervals of its estimates, those of its shape of their logarithms."""
     names, size = one.model.names, len(one.model.names)
     half = quantile(one.errors.size, confidence) * np.sqrt(np.diag(one.covariance) + one.narrowed)
@@ -60,7 +60,7 @@ def with_intervals(data: Data, one: Estimated, confidence: float) -> Fit:
     return found
 
 
-def averaged(data: Data, models: list[Estimated], confidence: float) -> Fit:
+def averaged(data: Prepared, models: list[Estimated], confidence: float) -> Fit:
     """Return the textbook's model, the first, with its parameters averaged over models (J. Hoeting 1999).
 
     Each model counts by how it validates. Coulomb and viscous friction and offset of a richer one are those of the line
@@ -83,14 +83,14 @@ def averaged(data: Data, models: list[Estimated], confidence: float) -> Fit:
     return _fit(data, models[0], names, mean, half)
 
 
-def _fit(data: Data, one: Estimated, names: tuple[str, ...], values: Array, half: Array) -> Fit:
+def _fit(data: Prepared, one: Estimated, names: tuple[str, ...], values: Array, half: Array) -> Fit:
     ends = [bounded(names, end).tolist() for end in (values, values - half)]
     parameters = map(Parameter, *ends, (values + half).tolist())
-    left = math.sqrt(float(np.mean(one.errors)) / float(np.mean(data.prepared.torque**2)))
+    left = math.sqrt(float(np.mean(one.errors)) / float(np.mean(data.torque**2)))
     return Fit(one.model, dict(zip(names, parameters, strict=True)), left)
 
 
-def _textbook_of(data: Data, names: tuple[str, ...], one: Estimated) -> Array:
+def _textbook_of(data: Prepared, names: tuple[str, ...], one: Estimated) -> Array:
     """Return the matrix that makes the textbook's parameters of the estimates of a model.
 
     Its line of Coulomb and viscous friction is the one through the friction of the model without lag, path, load and
@@ -118,7 +118,7 @@ def _textbook_of(data: Data, names: tuple[str, ...], one: Estimated) -> Array:
     return result
 
 
-def _slopes(data: Data, model: Model, values: Array) -> dict[str, Array]:
+def _slopes(data: Prepared, model: Model, values: Array) -> dict[str, Array]:
     """Return the derivative of the torque by the logarithm of each number of the shape."""
     found = {}
     for name, value in model.shape.bends.items():
@@ -129,15 +129,15 @@ def _slopes(data: Data, model: Model, values: Array) -> dict[str, Array]:
     return found
 
 
-def _timing(data: Data, folds: Folds, own: Folds) -> Array:
+def _timing(data: Prepared, folds: Folds, own: Folds) -> Array:
     """Return the covariance by the time of the torque, known to half a sample before the rows were measured."""
-    if data.prepared.delay_known or "torque_delay" in own.names:
+    if data.delay_known or "torque_delay" in own.names:
         return np.zeros((len(own.names), len(own.names)))
-    prior = data.prepared.period**2 / 12.0
+    prior = data.period**2 / 12.0
     free = folds.solve(bounded=False)
     delay, error = float(free[-1]), math.sqrt(spread(folds)[-1, -1])
     certain = 1.0 / (1.0 / prior + 1.0 / max(error, 1e-12) ** 2)
-    mean = min(abs(delay) * certain / max(error, 1e-12) ** 2, data.prepared.period)
+    mean = min(abs(delay) * certain / max(error, 1e-12) ** 2, data.period)
     gram, cross = own.clean.sum(axis=0), folds.gram.sum(axis=0)[: len(own.names), -1]
     alias = solve(gram, cross, own.names, bounded=False)
     return np.asarray(np.outer(alias, alias) * (certain + mean**2))

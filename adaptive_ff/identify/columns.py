@@ -33,6 +33,11 @@ NO_LAG, NO_SPEED = 1e-6, 1e-9
 """Friction lag, s, and Stribeck velocity, rad/s, of a model that has none."""
 
 
+def is_friction(name: str) -> bool:
+    """Return whether a term is friction."""
+    return name in DRY | VISCOUS or name.startswith("friction_")
+
+
 class Shape(NamedTuple):
     """What unit torques depend on other than linearly; zero where the joint does without.
 

@@ -2,16 +2,14 @@
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import replace
 
 import numpy as np
 
 from adaptive_ff.errors import InputError, check_kind, check_positive
 from adaptive_ff.identify.columns import ASYMMETRY, TEXTBOOK, Map, Shape
-from adaptive_ff.identify.models import Data, Model
 from adaptive_ff.identify.motion import Array
-from adaptive_ff.identify.preparation import Prepared, narrowed, prepare
-from adaptive_ff.identify.regression import Folds
+from adaptive_ff.identify.preparation import Prepared, prepare
+from adaptive_ff.identify.regression import Folds, Model
 from adaptive_ff.identify.result import LogIdentification, Recording
 from adaptive_ff.identify.selection import COLLINEAR, Selection, select
 from adaptive_ff.identify.units import LINEAR, ROTARY, of_current
@@ -109,52 +107,45 @@ def identify_log(
     _check_map(log, tuple(position_periods), position_hats, checked_switch("load_friction", load_friction))
     fitted, kept = _divided(log, held_out if validation is None else 0.0)
     prepared = prepare(fitted, bandwidth=bandwidth, torque_delay=torque_delay, linear=linear)
-    if not load_friction:
-        prepared = prepared._replace(has_known=False)
-    data = Data(prepared, _map(prepared, tuple(position_periods), position_hats), not linear, narrowed(prepared))
+    ends = float(np.min(prepared.position)), float(np.max(prepared.position))
+    place = Map(tuple(position_periods), position_hats, *(ends if ends[1] > ends[0] else (ends[0], ends[0] + 1.0)))
+    data = prepared._replace(place=place, has_known=load_friction)
     terms, weight = FAMILIES[model]
     selection = select(data, terms, confidence, weight=weight, refine=model != PLAIN)
     _check_plausible(log, data, selection)
+    best = selection.refined or selection.textbook
     units = LINEAR if linear else ROTARY
-    found = _assembled(log, data, selection, confidence, of_current(units) if is_current else units)
-    said = [*prepared.said, *in_degrees(prepared.log, float(np.max(np.abs(prepared.velocity))), linear=linear)]
-    other = kept if validation is None else validation
+    said = [*data.said, *in_degrees(data.log, float(np.max(np.abs(data.velocity))), linear=linear)]
+    other, error, name = kept if validation is None else validation, None, ""
     if other is not None:
-        measured = prepare(other, bandwidth=prepared.band, torque_delay=torque_delay, linear=linear)
-        error = Data(measured, data.place, not linear).left(found.best)
+        measured = prepare(other, bandwidth=data.band, torque_delay=torque_delay, linear=linear)
+        error = measured._replace(place=place).left(best)
         name = "the end of the log" if validation is None else validation.name
         said += [] if validation is None else [f"{name}: {sentence}" for sentence in measured.said]
-        found = replace(found, validation=error, validated_on=name)
-    return replace(found, cautions=said)
-
-
-def _assembled(
-    log: Log, data: Data, selection: Selection, confidence: float, units: dict[str, str]
-) -> LogIdentification:
-    """Return the result of a selection."""
-    prepared, textbook = data.prepared, selection.textbook
-    best = selection.refined or textbook
     return LogIdentification(
         name=log.name,
-        units=units,
-        textbook=textbook,
+        units=of_current(units) if is_current else units,
+        textbook=selection.textbook,
         refined=selection.refined,
         taken=selection.taken,
-        unidentified=_unidentified(data, selection),
+        unidentified=_unidentified(selection),
         confidence=confidence,
-        bandwidth=prepared.band,
-        period=prepared.period,
-        samples=prepared.log.time.size,
-        used=prepared.used,
-        skipped=prepared.skipped,
-        place=data.place,
-        rows=Recording(prepared.time, prepared.position, prepared.velocity, prepared.torque, data.modelled(best)),
-        motion=max(prepared.rows, key=lambda rows: rows.time.size),
-        narrowed_by=narrowing_motion(data, textbook.model),
+        bandwidth=data.band,
+        period=data.period,
+        samples=data.log.time.size,
+        used=data.used,
+        skipped=data.skipped,
+        place=place,
+        rows=Recording(data.time, data.position, data.velocity, data.torque, data.modelled(best)),
+        motion=max(data.rows, key=lambda rows: rows.time.size),
+        narrowed_by=narrowing_motion(data, selection.textbook.model),
+        validation=error,
+        validated_on=name,
+        cautions=said,
     )
 
 
-def narrowing_motion(data: Data, model: Model) -> dict[str, tuple[str, float]]:
+def narrowing_motion(data: Prepared, model: Model) -> dict[str, tuple[str, float]]:
     """Return which motion would narrow each estimate most: ``speed`` or ``acceleration``, and over the usual one.
 
     A further row ``x`` takes ``(x' M^-1 e)^2`` off the variance of an estimate, to first order, with ``M`` the normal
@@ -163,7 +154,7 @@ def narrowing_motion(data: Data, model: Model) -> dict[str, tuple[str, float]]:
     """
     columns = data.columns(*model)
     gain = np.linalg.lstsq(columns.T @ columns, columns.T)[0] ** 2
-    speed = data.prepared.velocity
+    speed = data.velocity
     motions = {"speed": speed, "acceleration": data.columns(("inertia",), Shape())[:, 0]}
     found = {}
     for name, weights in zip(model.names, gain, strict=True):
@@ -184,7 +175,7 @@ SAYS = {
 """What to record where a parameter is not identifiable, by its reason."""
 
 
-def _unidentified(data: Data, selection: Selection) -> dict[str, str]:
+def _unidentified(selection: Selection) -> dict[str, str]:
     """Return the textbook's parameters that the motion does not determine, with the reason."""
     names, tolerance = selection.textbook.model.names, selection.tolerance
     found = {}
@@ -199,15 +190,15 @@ def _unidentified(data: Data, selection: Selection) -> dict[str, str]:
     return found
 
 
-def _check_plausible(log: Log, data: Data, selection: Selection) -> None:
+def _check_plausible(log: Log, data: Prepared, selection: Selection) -> None:
     """Refuse a torque that has nothing to do with the motion, and one of the wrong sign."""
     textbook = selection.textbook
     folds = data.fit(textbook.model)
     free = dict(zip(textbook.model.names, folds.solve(bounded=False).tolist(), strict=True))
-    inertia, speed = free.get("inertia", 0.0), np.abs(data.prepared.velocity)
+    inertia, speed = free.get("inertia", 0.0), np.abs(data.velocity)
     dissipated = free.get("coulomb", 0.0) * np.mean(speed) + free.get("viscous", 0.0) * np.mean(speed**2)
     if ((inertia < 0.0 and dissipated < 0.0) or (inertia <= 0.0 and free.get("coulomb", 0.0) < 0.0)) and _explained(
-        folds, data.prepared.torque
+        folds, data.torque
     ) > EXPLAINED:
         raise InputError(
             f"{log.name}: friction would drive the joint and inertia be negative: torque and motion have opposite "
@@ -234,11 +225,6 @@ def _divided(log: Log, fraction: float) -> tuple[Log, Log | None]:
         return log, None
     middle = round((1.0 - fraction) * log.time.size)
     return log.part(slice(None, middle)), log.part(slice(middle, None))
-
-
-def _map(prepared: Prepared, periods: tuple[float, ...], hats: int) -> Map:
-    low, high = float(np.min(prepared.position)), float(np.max(prepared.position))
-    return Map(periods, hats, low, high if high > low else low + 1.0)
 
 
 def _check_map(log: Log, periods: tuple[float, ...], hats: int, load: bool) -> None:

@@ -12,7 +12,9 @@ import numpy as np
 import scipy
 from scipy import interpolate
 
+from adaptive_ff.errors import InputError
 from controllers.arrays import NDArray
+from controllers.checks import check_numbers
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -130,11 +132,25 @@ def spectrum(motion: Array, period: float, *, is_position: bool) -> Spectrum:
     return Spectrum(end, quiet, Noise(2.0 * period * noise / weight, is_position), slow)
 
 
-def choose_band(found: Spectrum, period: float) -> float:
-    """Return the band, Hz: a multiple of the motion's frequency, narrower where the acceleration is noise beyond."""
-    wanted = max(TUNING.times_motion * found.motion, TUNING.least_hertz)
-    quiet = max(found.quiet, TUNING.least_times_motion * found.motion)
-    return min(wanted, quiet, TUNING.sampling_fraction / period)
+def choose_band(found: Spectrum, period: float, given: float | None) -> float:
+    """Return the band, Hz: a multiple of the motion's frequency, narrower where the acceleration is noise beyond.
+
+    Raises
+    ------
+    InputError
+        A band is given that is not allowed.
+    """
+    highest = TUNING.sampling_fraction / period
+    if given is None:
+        wanted = max(TUNING.times_motion * found.motion, TUNING.least_hertz)
+        return min(wanted, max(found.quiet, TUNING.least_times_motion * found.motion), highest)
+    check_numbers(bandwidth=given)
+    if not 0.0 < given <= highest * (1.0 + 1e-9):
+        raise InputError(
+            f"bandwidth = {given:g} Hz is not allowed: it must be positive and at most a fifth of the sampling "
+            f"frequency, {highest:.4g} Hz"
+        )
+    return float(given)
 
 
 def _gap(frequency: Array, power: Array) -> float:

@@ -1,11 +1,12 @@
 """A log made ready for the regression: cleaned, cut at gaps, put on even times, filtered, divided into folds."""
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from adaptive_ff.errors import InputError, counted
+from adaptive_ff.identify.columns import Map, Shape, unit_torques
 from adaptive_ff.identify.motion import (
     TUNING,
     Array,
@@ -19,11 +20,11 @@ from adaptive_ff.identify.motion import (
     make_rows,
     spectrum,
 )
+from adaptive_ff.identify.regression import Fit, Folds, Model, sums
 from adaptive_ff.logs.cleaning import clean, lacking_column
 from adaptive_ff.logs.defects import Skipped, Span, median_step, usable_segments
 from adaptive_ff.logs.log import KNOWN, Log
 from controllers.arrays import NDArray
-from controllers.checks import check_numbers
 
 FEWEST_SAMPLES, FEWEST_ROWS = 50, 30
 """Samples of a log, and sliding rows of the regression, below which nothing is tried."""
@@ -45,9 +46,10 @@ class Prepared(NamedTuple):
     """A log, ready for the regression.
 
     The cleaned log and its segments, as measured and filtered; torque in the band (N m), velocity, position and time at
-    the sliding rows, with the fold of each; band (Hz), speed that few samples exceed (rad/s), sample time (s);
-    variance of the noise in a row by column; where motion and noise are; whether there is a known torque, and whether
-    the time of the torque is known; samples that were used, what was not, and what was done to the log.
+    the sliding rows, with the fold of each; band (Hz), speed that few samples exceed (rad/s), sample time (s); where
+    motion and noise are; whether the axis is rotary, and the time of the torque known; samples that were used, what was
+    not, and what was done to the log; what of position friction may depend on; whether it may rise with the known
+    torque, else with the torque of ``load`` of :class:`Shape`.
     """
 
     log: Log
@@ -58,17 +60,46 @@ class Prepared(NamedTuple):
     position: Array
     time: Array
     fold: NDArray[np.int64]
-    folds: int
     band: float
     fast: float
     period: float
-    noise: dict[str, float]
     found: Spectrum
-    has_known: bool
+    rotary: bool
     delay_known: bool
     used: int
     skipped: list[Skipped]
     said: list[str]
+    place: Map = Map()
+    has_known: bool = False
+    load: tuple[float, ...] = ()
+
+    @property
+    def noise(self) -> dict[str, float]:
+        """Variance of the noise of the measured motion in a row, by column."""
+        noise = self.found.noise
+        return {
+            name: BUTTERWORTH * noise.variance(self.band, order) for name, order in (("inertia", 1), ("viscous", 0))
+        }
+
+    def columns(self, names: tuple[str, ...], shape: Shape) -> Array:
+        """Return unit torques in the band at the sliding rows, one column a name."""
+        return np.concatenate([unit_torques(rows, names, shape, self.place) for rows in self.rows])
+
+    def modelled(self, fit: Fit) -> Array:
+        """Return the torque of a model in the band at the rows."""
+        return np.asarray(self.columns(*fit.model) @ [fit.values[name] for name in fit.model.names])
+
+    def left(self, fit: Fit) -> float:
+        """Return what a model leaves of the torque, rms over rms."""
+        return math.sqrt(float(np.mean((self.torque - self.modelled(fit)) ** 2)) / float(np.mean(self.torque**2)))
+
+    def sums(self, names: tuple[str, ...], columns: Array) -> Folds:
+        """Return the sums of some columns by fold."""
+        return sums(names, columns, self.torque, self.fold, self.noise)
+
+    def fit(self, model: Model) -> Folds:
+        """Return the sums of a model."""
+        return self.sums(model.names, self.columns(*model))
 
 
 def prepare(
@@ -91,76 +122,55 @@ def prepare(
     is_position = whole.position is not None
     measured = longest.position if is_position else derivative(longest.position, longest.period)
     found = spectrum(measured, longest.period, is_position=is_position)
-    band = choose_band(found, period) if bandwidth is None else _checked_band(bandwidth, period)
-    made = _filtered(whole, segments, band, found, delay_known=torque_delay is not None)
-    return made._replace(used=sum(span.size for span in spans), skipped=skipped, said=sound.said)
+    return Prepared(
+        log=whole,
+        segments=segments,
+        **_filtered(log.name, segments, choose_band(found, period, bandwidth), found),
+        period=longest.period,
+        found=found,
+        rotary=not linear,
+        delay_known=torque_delay is not None,
+        used=sum(span.size for span in spans),
+        skipped=skipped,
+        said=sound.said,
+    )
 
 
 def narrowed(prepared: Prepared) -> Prepared | None:
     """Return the same in half the band; None where that leaves too few rows."""
     try:
-        return _filtered(
-            prepared.log,
-            prepared.segments,
-            0.5 * prepared.band,
-            prepared.found,
-            delay_known=prepared.delay_known,
-        )
+        rows = _filtered(prepared.log.name, prepared.segments, 0.5 * prepared.band, prepared.found)
     except InputError:
         return None
+    return prepared._replace(**rows)
 
 
-def _filtered(
-    log: Log,
-    segments: list[Segment],
-    band: float,
-    found: Spectrum,
-    *,
-    delay_known: bool,
-) -> Prepared:
-    """Return the rows of some segments in a band, Hz."""
+def _filtered(name: str, segments: list[Segment], band: float, found: Spectrum) -> dict[str, Any]:
+    """Return what of :class:`Prepared` depends on the band, Hz."""
     longest = max(segments, key=lambda one: one.position.size)
     smooth = derivative(lowpass(band, longest.period)(longest.position), longest.period)
     fast = float(np.quantile(np.abs(smooth), 0.95))
     if not fast > 0.0:
-        raise InputError(f"{log.name}: nothing moves; the joint must move to be identified")
+        raise InputError(f"{name}: nothing moves; the joint must move to be identified")
     enough = [one for one in segments if one.position.size * one.period > 4.0 / band]
     rows = [made for made in (make_rows(one, band, found.noise, fast) for one in enough) if made.slides.any()]
     count = sum(int(made.slides.sum()) for made in rows)
     if count < FEWEST_ROWS:
         raise InputError(
-            f"{log.name}: the joint slides in {counted(count, 'row')} of the band of {band:.3g} Hz only; there must be "
+            f"{name}: the joint slides in {counted(count, 'row')} of the band of {band:.3g} Hz only; there must be "
             f"at least {FEWEST_ROWS}: record for longer, or give a wider --bandwidth"
         )
     cycles = count / (TUNING.rows_in_cycle * band) * found.slow
     folds = min(int(np.clip(cycles, *FOLDS)), max(4, count // 12))
+    series = {
+        "torque": [made.filtered(made.torque) for made in rows],
+        **{one: [getattr(made, one)[made.kept] for made in rows] for one in ("velocity", "position", "time")},
+    }
     joined = {
-        name: np.concatenate([getattr(made, name)[made.kept][made.slides] for made in rows])
-        for name in ("velocity", "position", "time")
+        one: np.concatenate([part[made.slides] for part, made in zip(parts, rows, strict=True)])
+        for one, parts in series.items()
     }
-    joined["torque"] = np.concatenate([made.filtered(made.torque)[made.slides] for made in rows])
-    noise = {
-        "inertia": BUTTERWORTH * found.noise.variance(band, 1),
-        "viscous": BUTTERWORTH * found.noise.variance(band, 0),
-    }
-    return Prepared(
-        log,
-        segments,
-        rows,
-        fold=np.arange(count) * folds // count,
-        folds=folds,
-        band=band,
-        fast=fast,
-        period=longest.period,
-        noise=noise,
-        found=found,
-        has_known=KNOWN in log.extra,
-        delay_known=delay_known,
-        used=0,
-        skipped=[],
-        said=[],
-        **joined,
-    )
+    return {"rows": rows, "fold": np.arange(count) * folds // count, "band": band, "fast": fast, **joined}
 
 
 def _segment(log: Log, span: Span, period: float, delay: float) -> Segment:
@@ -175,17 +185,6 @@ def _segment(log: Log, span: Span, period: float, delay: float) -> Segment:
         motion = np.concatenate([[0.0], np.cumsum(0.5 * (motion[1:] + motion[:-1])) * step])
     known = even(time + delay, log.extra[KNOWN][part], grid) if KNOWN in log.extra else np.zeros(count)
     return Segment(float(time[0]), step, motion, torque, known)
-
-
-def _checked_band(bandwidth: float, period: float) -> float:
-    check_numbers(bandwidth=bandwidth)
-    highest = TUNING.sampling_fraction / period
-    if not 0.0 < bandwidth <= highest * (1.0 + 1e-9):
-        raise InputError(
-            f"bandwidth = {bandwidth:g} Hz is not allowed: it must be positive and at most a fifth of the sampling "
-            f"frequency, {highest:.4g} Hz"
-        )
-    return float(bandwidth)
 
 
 def _check(log: Log) -> None:

@@ -1,11 +1,13 @@
 """Least squares by folds of rows: estimates, errors out of sample, and the spread of repetition."""
 
+import math
 from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 from scipy import optimize, special
 
+from adaptive_ff.identify.columns import Shape
 from adaptive_ff.identify.motion import Array
 from controllers.arrays import NDArray
 
@@ -20,6 +22,39 @@ TORQUES = ("offset", "gravity_", "force_")
 
 NOISE_FRACTION = 0.5
 """Largest fraction of a column's square that is taken for noise."""
+
+
+class Model(NamedTuple):
+    """Terms of a model, and the shape of their columns."""
+
+    names: tuple[str, ...]
+    shape: Shape = Shape()
+
+
+class Parameter(NamedTuple):
+    """A parameter with its interval."""
+
+    value: float
+    lower: float
+    upper: float
+
+    @property
+    def half_width(self) -> float:
+        """Half width of the interval over the value."""
+        return 0.5 * (self.upper - self.lower) / abs(self.value) if self.value else math.inf
+
+
+class Fit(NamedTuple):
+    """A fitted model with its parameters, and what it leaves of folds that were left out of the fit, rms over rms."""
+
+    model: Model
+    parameters: dict[str, Parameter]
+    left: float
+
+    @property
+    def values(self) -> dict[str, float]:
+        """Estimates by name."""
+        return {name: one.value for name, one in self.parameters.items()}
 
 
 class Folds(NamedTuple):

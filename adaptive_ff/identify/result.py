@@ -10,8 +10,8 @@ import numpy as np
 from adaptive_ff.identify import first_estimate as first
 from adaptive_ff.identify import simulators
 from adaptive_ff.identify.columns import Map, static_friction
-from adaptive_ff.identify.models import Fit, Parameter
 from adaptive_ff.identify.motion import Array, Rows
+from adaptive_ff.identify.regression import Fit, Parameter
 from adaptive_ff.identify.units import unit_of
 from adaptive_ff.logs.defects import Skipped
 from adaptive_ff.reported import Reported

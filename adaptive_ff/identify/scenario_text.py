@@ -1,7 +1,6 @@
 """The scenario of an identified joint: a file that ``adaptive-ff compare`` takes, with what is assumed as comments."""
 
 import math
-from collections import defaultdict
 from contextlib import suppress
 from typing import Any
 
@@ -12,8 +11,9 @@ from adaptive_ff.friction.model import TorqueModel
 from adaptive_ff.identify.columns import ASYMMETRY
 from adaptive_ff.identify.motion import Array
 from adaptive_ff.identify.result import LogIdentification
+from adaptive_ff.identify.simulators import rendered
 from adaptive_ff.scenario.content import MAIN_JOB
-from adaptive_ff.scenario.file import toml_text
+from adaptive_ff.scenario.file import toml_value, with_comment
 from plant.lugre import LuGreJoint
 
 BANDWIDTH, PERIODS = 10.0, 0.1
@@ -86,24 +86,26 @@ def scenario_text(found: LogIdentification, reference: str) -> str:
     period = float(f"{found.period:.4g}")
     model = found.torque_model(1.0 if found.units["torque"] == "A" else None)
     joint = _joint(found, model, period)
-    learnt, simulated = _over_position(found)
-    adaptation: dict[str, Any] = {"stribeck_velocity": joint["stribeck_velocity"], "memory": 5.0}
-    if found.linear:
-        adaptation["identify"] = "directions" if found.value(ASYMMETRY) else "offset"
-    elif "gravity" in joint:
-        adaptation["identify"] = "gravity"
-    content = {
-        "controllers": list(MAIN_JOB),
-        "joint": joint,
-        "sampling": {"period": period},
-        "sensor": {"velocity_noise": found.motion.noise},
-        "reference": {"kind": "csv", "path": reference},
-        "feedback": {"inertia": joint["inertia"], "bandwidth": min(BANDWIDTH, PERIODS / period)},
-        "adaptation": adaptation | learnt,
-        **simulated,
-        "fixed": {"inertia": joint["inertia"], "coulomb": joint["coulomb"], "viscous": model.viscous},
+    learnt, simulated = _beside_friction(found)
+    intervals = {
+        name: f"{100.0 * found.confidence:g} % interval {one.lower:.4g} to {one.upper:.4g}"
+        for name, one in found.joint_parameters.items()
     }
-    return toml_text(_rounded(content), _comments(found, joint), _head(found))
+    return rendered(
+        "scenario.toml",
+        found=found,
+        field=lambda name, value, said="": with_comment(f"{name} = {toml_value(_rounded(value))}", said),
+        interval=lambda name: intervals.get(name, "assumed: the log shows none"),
+        controllers=list(MAIN_JOB),
+        joint=joint,
+        period=period,
+        reference=reference,
+        bandwidth=min(BANDWIDTH, PERIODS / period),
+        learnt=learnt,
+        simulated=simulated,
+        viscous=model.viscous,
+        left_out=left_out(found),
+    )
 
 
 def _joint(found: LogIdentification, model: TorqueModel, period: float) -> dict[str, Any]:
@@ -120,22 +122,27 @@ def _joint(found: LogIdentification, model: TorqueModel, period: float) -> dict[
     if model.presliding > 0.0 and model.coulomb > 0.0:  # bristles of the LuGre model
         bristles = {"kind": "lugre", "stiffness": model.coulomb / model.presliding, "damping": 0.0}
         for finer in SOLVER_TIMES:
-            made: dict[str, Any] = _rounded(joint | bristles | {"solver_period": step / finer})
+            made = _all_rounded(joint | bristles | {"solver_period": step / finer})
             with suppress(ValueError):
                 LuGreJoint(**made)
                 return made
     joint |= {"friction_lag": found.value("friction_lag"), "solver_period": step}
-    return {name: _rounded(value) for name, value in joint.items()}
+    return _all_rounded(joint)
 
 
-def _over_position(found: LogIdentification) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Return what the controller is to learn over position, and the strongest wave of each kind, which is simulated."""
+def _beside_friction(found: LogIdentification) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Return what the controller is to learn beside friction, and the strongest waves over position, as simulated."""
     waves: dict[str, list[tuple[float, float]]] = {"friction": [], "force": []}
     for kind, pairs in waves.items():
         for number, period in enumerate(found.place.periods, start=1):
             size = math.hypot(*(found.value(f"{kind}_{part}_{number}") for part in ("sine", "cosine")))
             pairs.extend([(size, period)] if size > 0.0 else [])
-    learnt: dict[str, Any] = {
+    learnt: dict[str, Any] = {}
+    if found.linear:
+        learnt["identify"] = "directions" if found.value(ASYMMETRY) else "offset"
+    elif found.gravity[0] > 0.0:
+        learnt["identify"] = "gravity"
+    learnt |= {
         key: [period for _, period in waves[kind]]
         for key, kind in (("ripple_periods", "force"), ("position_periods", "friction"))
         if waves[kind]
@@ -150,70 +157,20 @@ def _over_position(found: LogIdentification) -> tuple[dict[str, Any], dict[str, 
         fraction = min(size / found.value("coulomb"), MOST_VARIED)
         simulated["variation"] = {"position_amplitude": fraction, "position_period": period}
     if found.gravity[0] > 0.0 and found.best.model.shape.load and found.value("coulomb") > 0.0:
-        share = max(0.0, found.value("load_friction")) / found.value("coulomb")
-        simulated.setdefault("variation", {})["load_share"] = share
+        rising = max(0.0, found.value("load_friction")) / found.value("coulomb")
+        simulated.setdefault("variation", {})["load_share"] = rising
     if waves["force"]:
         size, period = max(waves["force"])
         simulated["actuator"] = {"ripple_amplitude": size, "ripple_period": period}
     return learnt, simulated
 
 
-def _head(found: LogIdentification) -> list[str]:
-    """Return the comments above the scenario."""
-    lines = [
-        f"Joint identified from {found.source} in a band of {found.bandwidth:.3g} Hz: "
-        f"{found.grade}, {100.0 * found.best.left:.2g} % of the torque left."
-    ]
-    left = left_out(found)
-    if left:
-        lines.append(f"The log shows as well, and the simulated joint has not: {', '.join(left)}.")
-    if found.units["torque"] == "A":
-        lines.append("The torque of the log is a current: read A where units say N m (N), or give a torque constant.")
-    return lines
+def _all_rounded(table: dict[str, Any]) -> dict[str, Any]:
+    return {name: _rounded(value) for name, value in table.items()}
 
 
-SAYS = {
-    "inertia": "{inertia}",
-    "coulomb": "{coulomb}",
-    "stiction": "{stiction_excess} of what is above coulomb",
-    "viscous": "{viscous}",
-    "viscous_backward": "half of what both directions differ by: {viscous_asymmetry}",
-    "stribeck_velocity": "{stribeck_velocity}",
-    "offset": "{offset}",
-    "friction_lag": "{friction_lag}",
-    "stiffness": "coulomb over a path, {path}",
-    "gravity": "sine {gravity_sine}, cosine {gravity_cosine}",
-    "gravity_phase": "at the start of the motion",
-}
-"""How well each field of the joint is known; names in braces stand for the intervals of parameters."""
-
-SAID = {
-    "sampling.period": "as recorded",
-    "sensor.velocity_noise": "of the log's motion",
-    "reference.path": "the motion of the log in its band, its end led to its start, so that it repeats",
-    "feedback.inertia": "assumed: the designer knows it",
-    "feedback.bandwidth": "assumed; the machine's own loop is not known",
-    "adaptation.memory": "assumed",
-    "fixed": "the identified Coulomb and viscous friction",
-}
-"""Where the other fields are from."""
-
-
-def _comments(found: LogIdentification, joint: dict[str, Any]) -> dict[str, str]:
-    """Return how well each value is known, or that it is assumed, by its key."""
-    intervals = defaultdict(lambda: "assumed: the log shows none")
-    for name, one in found.joint_parameters.items():
-        intervals[name] = f"{100.0 * found.confidence:g} % interval {one.lower:.4g} to {one.upper:.4g}"
-    said = {f"joint.{name}": text.format_map(intervals) for name, text in SAYS.items() if name in joint}
-    if "viscous_backward" in joint:
-        said["joint.viscous"] = f"mean of both directions: {intervals['viscous']}"
-    return said | SAID | {"adaptation.stribeck_velocity": said["joint.stribeck_velocity"]}
-
-
-def _rounded(content: Any) -> Any:
-    """Return numbers, of tables and lists as well, with the digits that a person reads."""
-    if isinstance(content, dict):
-        return {name: _rounded(value) for name, value in content.items()}
-    if isinstance(content, list):
-        return [_rounded(value) for value in content]
-    return float(f"{content:.6g}") if isinstance(content, float) else content
+def _rounded(value: Any) -> Any:
+    """Return a number, or those of a list, with the digits that a person reads."""
+    if isinstance(value, list):
+        return [_rounded(one) for one in value]
+    return float(f"{value:.6g}") if isinstance(value, float) else value

@@ -8,10 +8,10 @@ import numpy as np
 from scipy import optimize
 
 from adaptive_ff.identify.averaging import averaged, estimated, with_intervals
-from adaptive_ff.identify.columns import CARRIED, GRAVITY, Shape
-from adaptive_ff.identify.models import Data, Fit, Model, is_friction
+from adaptive_ff.identify.columns import CARRIED, GRAVITY, Shape, is_friction
 from adaptive_ff.identify.motion import Array
-from adaptive_ff.identify.regression import left_out_errors
+from adaptive_ff.identify.preparation import Prepared, narrowed
+from adaptive_ff.identify.regression import Fit, Model, left_out_errors
 
 
 class Rule(NamedTuple):
@@ -63,10 +63,10 @@ def is_better(old: Array, new: Array, rule: Rule) -> bool:
     return float(np.mean(fall)) > rule.errors * spread and np.mean(new) < (1.0 - rule.gain) ** 2 * np.mean(old)
 
 
-def refinements(data: Data, model: Model) -> Iterator[tuple[str, Model]]:
+def refinements(data: Prepared, model: Model) -> Iterator[tuple[str, Model]]:
     """Yield models that have one thing more, each with what that is."""
     names, shape = model
-    band, fast = data.prepared.band, data.prepared.fast
+    band, fast = data.band, data.fast
     if "coulomb" in names and not (shape.friction_lag or shape.path):
         for cycles in LAGS:
             yield "lag", Model(names, shape._replace(friction_lag=cycles / band))
@@ -82,17 +82,17 @@ def refinements(data: Data, model: Model) -> Iterator[tuple[str, Model]]:
             yield kind, Model((*names, *further), shape)
 
 
-def _linear(data: Data, model: Model) -> Iterator[tuple[str, tuple[str, ...]]]:
+def _linear(data: Prepared, model: Model) -> Iterator[tuple[str, tuple[str, ...]]]:
     """Yield terms that need no shape."""
     if "coulomb" in model.names:
         yield "directions", ("viscous_asymmetry",)
         yield "friction over position", tuple(f"friction_{name}" for name in data.place.names)
-    if not data.prepared.delay_known:
+    if not data.delay_known:
         yield "delay", ("torque_delay",)
     yield "force over position", tuple(f"force_{name}" for name in data.place.names)
 
 
-def tried(data: Data, model: Model) -> dict[str, tuple[Model, Array]]:
+def tried(data: Prepared, model: Model) -> dict[str, tuple[Model, Array]]:
     """Return the best model of each kind of refinement, with the errors of its folds."""
     cache: dict[tuple[str, Shape], Array] = {}
     best: dict[str, tuple[Model, Array]] = {}
@@ -108,7 +108,9 @@ def tried(data: Data, model: Model) -> dict[str, tuple[Model, Array]]:
     return best
 
 
-def select(data: Data, terms: tuple[str, ...], confidence: float, *, weight: bool | None, refine: bool) -> Selection:
+def select(
+    data: Prepared, terms: tuple[str, ...], confidence: float, *, weight: bool | None, refine: bool
+) -> Selection:
     """Select a model from the textbook's terms, for intervals of some probability.
 
     ``weight`` says whether gravity takes torque (None: the rows are to tell), ``refine`` whether refinements may be
@@ -121,7 +123,7 @@ def select(data: Data, terms: tuple[str, ...], confidence: float, *, weight: boo
         with_weight = left_out_errors(data.fit(heavy))
         if weight or is_better(errors, with_weight, WEIGHT):
             model, errors = heavy, with_weight
-    if not data.prepared.has_known:
+    if not data.has_known:
         found = dict(zip(model.names, data.fit(model).solve().tolist(), strict=True))
         data = data._replace(load=tuple(found.get(name, 0.0) for name in CARRIED))
     around = tried(data, model) if refine else {}
@@ -136,7 +138,8 @@ def select(data: Data, terms: tuple[str, ...], confidence: float, *, weight: boo
         around = tried(data, model)
     if taken:
         models.append((_polished(data, model), errors))
-    estimates = [estimated(data, *one) for one in models]
+    narrower = narrowed(data)
+    estimates = [estimated(data, narrower, *one) for one in models]
     refined = with_intervals(data, estimates[-1], confidence) if taken else None
     return Selection(averaged(data, estimates, confidence), refined, tuple(taken), tolerance)
 
@@ -145,12 +148,12 @@ COLLINEAR = 1e-3
 """Fraction of a column that the others must leave for its parameter to be identifiable."""
 
 
-def _identifiable(data: Data, terms: tuple[str, ...]) -> tuple[Model, dict[str, float]]:
+def _identifiable(data: Prepared, terms: tuple[str, ...]) -> tuple[Model, dict[str, float]]:
     """Return the textbook's model of the terms that the motion tells apart, and how far it does."""
     judged = terms + (GRAVITY if data.rotary else ())
     folds = data.fit(Model(judged))
     tolerance = folds.of(terms).tolerance()
-    noise = data.prepared.noise["inertia"] * folds.rows.sum()
+    noise = data.noise["inertia"] * folds.rows.sum()
     power = float(folds.gram.sum(axis=0)[0, 0])
     tolerance["inertia"] = min(tolerance["inertia"], max(0.0, 1.0 - noise / max(power, 1e-300)) ** 4)
     names = list(terms)
@@ -164,7 +167,7 @@ def _identifiable(data: Data, terms: tuple[str, ...]) -> tuple[Model, dict[str, 
     return Model(tuple(names)), tolerance
 
 
-def _polished(data: Data, model: Model) -> Model:
+def _polished(data: Prepared, model: Model) -> Model:
     """Return a model with the shape between the tried ones that leaves least."""
     for name, value in model.shape.bends.items():
 

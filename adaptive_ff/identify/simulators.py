@@ -14,7 +14,7 @@ the gear ratio alone. No engine has a Stribeck curve behind a lag; static fricti
 """
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
@@ -30,21 +30,6 @@ EARTH = 9.81
 
 ENDINGS = {"mjcf": "joint.xml", "urdf": "joint.urdf", "isaac": "joint_isaac.py", "drake": "joint_drake.py"}
 """Names of the files that are written, and of their templates, by the simulator."""
-
-NOTES = {
-    "mjcf": ["armature: inertia beside that of the bodies; damping: viscous; frictionloss: Coulomb."],
-    "urdf": ["damping: viscous; friction: Coulomb. URDF has no armature: the link has the inertia."],
-    "isaac": [
-        "Actuator of Isaac Lab (joint friction of PhysX 5.6): armature adds to the bodies' inertia; friction is the",
-        "static effort, dynamic_friction the Coulomb effort, viscous_friction that per velocity. Before Isaac Sim 5",
-        "friction was a coefficient without unit: leave it at zero there. damping is a gain of the drive, no friction.",
-    ],
-    "drake": [
-        "Drake: damping of the joint is viscous; rotor inertia (reflected) adds to that of the bodies. A revolute or",
-        "prismatic joint has no Coulomb friction: apply it as a force element, as below.",
-    ],
-}
-"""What the numbers mean, by the simulator."""
 
 
 def simulator_text(found: "LogIdentification", kind: str, *, gear_ratio: float = 1.0) -> str:
@@ -70,21 +55,30 @@ def simulator_text(found: "LogIdentification", kind: str, *, gear_ratio: float =
     lines = [f"Joint identified from {found.source}: {found.grade}."]
     if found.units["torque"] == "A":
         lines.append("The torque of the log is a current: every number is per ampere; times the torque constant.")
-    lines += [*_not_expressed(found, joint, kind), *NOTES[kind]]
-    mark = "# {}\n" if ENDINGS[kind].endswith(".py") else "<!-- {} -->\n"
-    environment = Environment(
-        loader=PackageLoader("adaptive_ff.identify"), undefined=StrictUndefined, keep_trailing_newline=True
-    )
-    environment.filters["number"] = "{:.9g}".format
-    return environment.get_template(f"{ENDINGS[kind]}.jinja").render(
+    lines += _not_expressed(found, joint, kind)
+    return rendered(
+        ENDINGS[kind],
         **joint,
         linear=found.linear,
         axis="1 0 0" if found.linear else "0 1 0",
         mass=mass,
         centre=centre,
         link_inertia=0.5 * joint["inertia"] if mass else joint["inertia"],
-        comment="".join(mark.format(line if mark[0] == "#" else line.replace("--", "- -")) for line in lines),
+        lines=lines,
     )
+
+
+def rendered(name: str, **values: Any) -> str:
+    """Return the template of a file with values filled in."""
+    environment = Environment(
+        loader=PackageLoader("adaptive_ff.identify"),
+        undefined=StrictUndefined,
+        keep_trailing_newline=True,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.filters["number"] = "{:.9g}".format
+    return environment.get_template(f"{name}.jinja").render(**values)
 
 
 def _not_expressed(found: "LogIdentification", joint: dict[str, float], kind: str) -> list[str]:

@@ -14,9 +14,7 @@ import scipy
 
 from adaptive_ff.errors import InputError, check_positive, sentence
 from adaptive_ff.friction.model import unit_of
-from adaptive_ff.identify.columns import Map
 from adaptive_ff.identify.identification import check_delay, identify_log
-from adaptive_ff.identify.models import Data
 from adaptive_ff.identify.motion import Array, Rows
 from adaptive_ff.identify.preparation import Prepared, prepare
 from adaptive_ff.identify.result import LogIdentification
@@ -352,7 +350,7 @@ def _fixed(
 
 def _fixed_torque(found: LogIdentification, prepared: Prepared, rows: Rows) -> Array:
     """Return the torque of the fixed model along a segment."""
-    data = Data(prepared._replace(rows=[rows.unfiltered()]), Map(), not found.linear)
+    data = prepared._replace(rows=[rows.unfiltered()])
     names = tuple(name for name in found.best.model.names if name != "torque_delay")
     return np.asarray(data.columns(names, found.best.model.shape) @ [found.best.values[name] for name in names])
 

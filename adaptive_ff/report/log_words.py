@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from adaptive_ff.identify.identification import SAYS
-from adaptive_ff.identify.models import Parameter
+from adaptive_ff.identify.regression import Parameter
 from adaptive_ff.identify.result import CARE, GOOD, LEFT, WIDE, LogIdentification
 from adaptive_ff.identify.score import Score
 from adaptive_ff.identify.units import unit_of

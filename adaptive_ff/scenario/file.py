@@ -26,7 +26,7 @@ def toml_text(content: Mapping[str, Any], comments: Mapping[str, str] | None = N
     paragraphs.append(list(_fields({key: value for key, value in content.items() if not _is_table(value)}, "", said)))
     for name, value in content.items():
         if isinstance(value, Mapping):
-            paragraphs.append([_with_comment(f"[{name}]", said.get(name)), *_fields(value, f"{name}.", said)])
+            paragraphs.append([with_comment(f"[{name}]", said.get(name)), *_fields(value, f"{name}.", said)])
         elif _is_table(value):
             paragraphs += [[f"[[{name}]]", *_fields(row, f"{name}.", said)] for row in value]
     return "\n\n".join("\n".join(paragraph) for paragraph in paragraphs if paragraph) + "\n"
@@ -41,18 +41,20 @@ def _is_table(value: Any) -> bool:
 
 def _fields(table: Mapping[str, Any], path: str, comments: Mapping[str, str]) -> Iterator[str]:
     for key, value in table.items():
-        yield _with_comment(f"{key} = {_value(value)}", comments.get(path + key))
+        yield with_comment(f"{key} = {toml_value(value)}", comments.get(path + key))
 
 
-def _with_comment(text: str, comment: str | None) -> str:
+def with_comment(text: str, comment: str | None) -> str:
+    """Return a line of a scenario file with a comment in its column, or without one."""
     return f"{text:<{COMMENTS_FROM}}# {comment}" if comment else text
 
 
-def _value(value: Any) -> str:
+def toml_value(value: Any) -> str:
+    """Return a value as it stands in a scenario file."""
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, list):
-        return "[" + ", ".join(map(_value, value)) + "]"
+        return "[" + ", ".join(map(toml_value, value)) + "]"
     if isinstance(value, str):
         return json.dumps(value).replace("\x7f", "\\u007f")
     if isinstance(value, float) and not math.isfinite(value):
