@@ -15,7 +15,6 @@ if TYPE_CHECKING:
     from adaptive_ff.identify.result import LogIdentification
     from adaptive_ff.logs.log import Log
     from adaptive_ff.scenario.scenario import Scenario
-    from adaptive_ff.studies.commissioning import Gain
     from adaptive_ff.studies.motion import Excitation
 
 PERIOD = Annotated[float, typer.Option(help="Period of the exciting motion, s.")]
@@ -104,10 +103,10 @@ def commission_command(
             if given is None:
                 chosen = default_limits(loaded, **vars(limits))
                 progress = partial(done, "motion")
-                recorded = record(loaded, chosen, period=period, workers=None, progress=progress)
-                _write_motion(recorded.motion, loaded, stage)
-                pictures["excitation"] = plot_excitation(recorded.motion, linear=linear)
-                write_csv(stage / "log.csv", recorded.columns)
+                motion, series = record(loaded, chosen, period=period, workers=None, progress=progress)
+                _write_motion(motion, loaded, stage)
+                pictures["excitation"] = plot_excitation(motion, linear=linear)
+                write_csv(stage / "log.csv", series)
                 given = read_log(stage / "log.csv", time="time", velocity="velocity", torque="torque")
                 torque_delay = 0.5 * loaded.sampling.period  # the torque of a row is held over the coming period
             found = identify_log(given, torque_delay=torque_delay, linear=linear)
@@ -122,7 +121,7 @@ def commission_command(
         summary = {
             "identification": found.to_dict(),
             "bandwidth": study.to_dict()["controllers"],
-            "gain": None if gain is None else vars(gain),
+            "gain": gain,
             "scenario": result.model_dump(mode="json", exclude_none=True),
         }
         name = source if log is None else str(log)
@@ -157,12 +156,12 @@ def _taken_from(source: str, found: "LogIdentification") -> list[str]:
     ]
 
 
-def _said(gain: "Gain") -> list[str]:
+def _said(gain: dict[str, float]) -> list[str]:
     """Return what was gained on the simulated joint, and what to do on a real one."""
     return [
-        f"On the simulated joint: settled rms error {gain.before:.3g} with the PI loop as given "
-        f"({gain.before_bandwidth:.3g} Hz), {gain.best_pi:.3g} with the bandwidth that suits PI "
-        f"({gain.best_pi_bandwidth:.3g} Hz), {gain.after:.3g} commissioned ({gain.after_bandwidth:.3g} Hz).",
+        f"On the simulated joint: settled rms error {gain['before']:.3g} with the PI loop as given "
+        f"({gain['before_bandwidth']:.3g} Hz), {gain['best_pi']:.3g} with the bandwidth that suits PI "
+        f"({gain['best_pi_bandwidth']:.3g} Hz), {gain['after']:.3g} commissioned ({gain['after_bandwidth']:.3g} Hz).",
         "On a real joint: run excitation.csv several times in a row under its own loop, record time, velocity and "
         "torque, and give the log with --log (and half a period as --torque-delay where the torque of a row acts over "
         "the coming period).",

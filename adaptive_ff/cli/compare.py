@@ -124,10 +124,9 @@ def compare_command(
     output: ViewerOutput = ViewerOutput(),  # noqa: B008
 ) -> int:
     """Run a joint with each controller and show by how much friction feedforward improves tracking."""
-    from adaptive_ff.comparison.comparison import compare
+    from adaptive_ff.comparison.comparison import compare, verdict
     from adaptive_ff.comparison.own import check_own_names, named_own
     from adaptive_ff.comparison.registry import CONTROLLERS
-    from adaptive_ff.comparison.verdict import verdict
     from adaptive_ff.files import write_csv
     from adaptive_ff.report.tables import LEGEND, comparison_tables
     from adaptive_ff.report.verdicts import comparison_lines

@@ -35,8 +35,8 @@ def matrix_command(
     """Run controllers on all scenarios of the package over several seeds, and say who wins where."""
     from adaptive_ff.comparison.comparison import BASELINE
     from adaptive_ff.comparison.own import check_own_names, named_own
-    from adaptive_ff.comparison.reference_lines import NOISE_FLOOR
     from adaptive_ff.comparison.registry import CONTROLLERS
+    from adaptive_ff.comparison.run import NOISE_FLOOR
     from adaptive_ff.report.matrix_files import by_loop, matrix_rows, matrix_tables, write_matrix
     from adaptive_ff.report.verdicts import matrix_lines
     from adaptive_ff.scenario.library import scenario_names

@@ -1,18 +1,16 @@
 """The models of the fixed feedforwards: three forms, each from four sources.
 
-Forms: ``coulomb`` (Coulomb and viscous friction), ``stribeck`` (the whole static curve), ``lagged`` (with lag).
-
-Sources:
+Forms are ``coulomb`` (with viscous friction), ``stribeck`` (the whole static curve) and ``lagged`` (with lag). Sources:
 
 - ``true``: the joint's own parameters at the start of the run.
 - ``nominal``: as from a data sheet. Coulomb friction, stiction, viscous coefficient and lag are each off by a factor
   of their own, drawn evenly on a logarithmic scale between 1/1.25 and 1.25 by the scenario's seed; ``Vs`` and
   ``delta`` are those that the identifying controllers assume, the inertia that of the feedback's design.
 - ``stale``: identified exactly, when all friction was 1.3 times what it is now, as after a change of temperature.
-- ``batch``: identified from a calibration run of the PI loop: the scenario with another seed, for 120 s, before its
-  friction changes. A joint under PI sticks at the reversals, which are what shows the friction lag; so the lag is the
-  one with which the same loop, simulated without noise around the identified joint, moves as measured (closed-loop
-  output error, A. Janot, M. Gautier, P.-O. Vandanjon 2013, with the velocity in place of the torque).
+- ``batch``: identified from a calibration run of the PI loop: another seed, 120 s, before friction changes. A joint
+  under PI sticks at the reversals, which are what shows the lag; so the lag is the one with which the same loop,
+  simulated without noise around the identified joint, moves as measured (closed-loop output error, A. Janot,
+  M. Gautier, P.-O. Vandanjon 2013, with the velocity in place of the torque).
 """
 
 import math
@@ -31,26 +29,13 @@ from adaptive_ff.scenario.scenario import Scenario
 from adaptive_ff.simulation.experiment import RunSetup, build_setup, without_noise
 from plant import ElastoPlasticJoint, Gravity, JointModel, LuGreJoint, MaxwellJoint, RollingJoint, schedule
 
-SPREAD = 1.25
-"""Largest factor by which a nominal parameter is off."""
-
-STALE = 1.3
-"""Friction at the time of a stale identification, over that at the start of the run."""
-
-STREAM = 4
-"""Stream of random numbers for nominal parameters, beside those of reference and sensor."""
-
-LEAST_REACH = 1e-3
-"""Presliding displacement of a joint that has none, over ``assumed_displacement``."""
-
-SPEEDS = 500
-"""Number of speeds that the Coulomb-viscous form is fitted at, evenly spread over the time of the motion."""
-
-DURATION, OTHER_SEED = 120.0, 1_000_000
-"""Length of the calibration run, s, and what is added to the seed of the scenario."""
-
-LAG_STEP = 0.01
-"""Resolution of the identified friction lag, in time constants ``J/Kp`` of the feedback."""
+SPREAD = 1.25  # largest factor by which a nominal parameter is off
+STALE = 1.3  # friction at the time of a stale identification, over that at the start of the run
+STREAM = 4  # stream of random numbers for nominal parameters, beside those of reference and sensor
+LEAST_REACH = 1e-3  # presliding displacement of a joint that has none, over ``assumed_displacement``
+SPEEDS = 500  # number of speeds that the Coulomb-viscous form is fitted at, evenly spread over the time of the motion
+DURATION, OTHER_SEED = 120.0, 1_000_000  # length of the calibration run, s, and what is added to the scenario's seed
+LAG_STEP = 0.01  # resolution of the identified friction lag, in time constants ``J/Kp`` of the feedback
 
 
 def coulomb_form(model: TorqueModel, reference: NDArray[np.float64]) -> TorqueModel:
@@ -81,11 +66,6 @@ def nominal_source(scenario: Scenario, truth: TorqueModel) -> TorqueModel:
         stribeck_velocity=assumed.stribeck_velocity,
         stribeck_shape=assumed.stribeck_shape,
     )
-
-
-def stale_source(_: Scenario, truth: TorqueModel) -> TorqueModel:
-    """Return what an earlier identification says."""
-    return truth._replace(**{name: STALE * getattr(truth, name) for name in ("coulomb", "stiction", "viscous")})
 
 
 def batch_source(scenario: Scenario, _: TorqueModel) -> TorqueModel:
@@ -143,7 +123,9 @@ FORMS: dict[str, Callable[[TorqueModel, NDArray[np.float64]], TorqueModel]] = {
 
 SOURCES: dict[str, Callable[[Scenario, TorqueModel], TorqueModel]] = {
     "nominal": nominal_source,
-    "stale": stale_source,
+    "stale": lambda scenario, truth: truth._replace(
+        **{name: STALE * getattr(truth, name) for name in ("coulomb", "stiction", "viscous")}
+    ),
     "true": lambda scenario, truth: truth,
     "batch": batch_source,
 }
@@ -151,10 +133,7 @@ SOURCES: dict[str, Callable[[Scenario, TorqueModel], TorqueModel]] = {
 
 
 def fixed_model(scenario: Scenario, truth: TorqueModel, form: str, source: str) -> TorqueModel:
-    """Return the model that a fixed feedforward assumes, of one of ``FORMS`` and from one of ``SOURCES``.
-
-    ``truth`` holds the parameters of the joint at the start of the run.
-    """
+    """Return the model of a form and a source that a fixed feedforward assumes; the truth is that of the start."""
     return FORMS[form](SOURCES[source](scenario, truth), scenario.reference_velocity())
 
 

@@ -19,23 +19,15 @@ from adaptive_ff.simulation.metrics import METRIC_UNITS, POSITION_UNITS
 GATED = {**METRIC_UNITS, **POSITION_UNITS}
 """Figures of merit that may not get worse, as far as a run has them, with units; smaller is better for all of them."""
 
-NOT_COMPARED = ("controllers", "sweep")
-"""Fields of a scenario that do not change the run of a controller."""
-
-ACROSS = {"gains": "feedback"}
-"""What a baseline may differ in on demand, and the table of the scenario that says it."""
-
-MOST_SHOWN = 6
-"""Most differing fields that a message names."""
-
-TOLERANCE = 0.05
-"""Default tolerance, relative."""
+NOT_COMPARED = ("controllers", "sweep")  # fields of a scenario that do not change the run of a controller
+ACROSS = {"gains": "feedback"}  # what a baseline may differ in on demand, and the table of the scenario that says it
+MOST_SHOWN = 6  # most differing fields that a message names
+TOLERANCE = 0.05  # default tolerance, relative
 
 GUARDED = frozenset({"pi", "pi_inertia", "fixed", "adaptive"})
 """Controllers of this package that are guarded where none are chosen; the others are yardsticks."""
 
-CONFIDENCE = 0.95
-"""Of the interval of a mean over seeds that is tolerated where no tolerance is given."""
+CONFIDENCE = 0.95  # of the interval of a mean over seeds that is tolerated where no tolerance is given
 
 Fraction = float | str
 Tolerance = Fraction | Mapping[str, Fraction]
@@ -117,18 +109,6 @@ def scenario_differences(scenario: Scenario, baseline: Mapping[str, Any], across
     return found
 
 
-def check_same_scenario(scenario: Scenario, baseline: Mapping[str, Any], name: str, across: Iterable[str] = ()) -> None:
-    """Refuse a baseline (called ``name``) of another scenario but for what may differ; the message names the fields."""
-    found = scenario_differences(scenario, baseline, across)
-    if found:
-        gains = all(one.startswith(f"{ACROSS['gains']}.") for one in found)
-        more = f" and {len(found) - MOST_SHOWN} more fields differ" if len(found) > MOST_SHOWN else ""
-        raise InputError(
-            f"{name}: is of another scenario: {'; '.join(found[:MOST_SHOWN])}{more}; run the scenario that it was "
-            f"made with, or make a new baseline{', or compare across gains (--across gains)' if gains else ''}"
-        )
-
-
 def _leaves(value: Any, path: str = "") -> Iterator[tuple[str, Any]]:
     """Yield the values of nested tables, each with its path such as ``change.0.time``; lists of numbers as a whole."""
     if isinstance(value, Mapping):
@@ -168,7 +148,14 @@ class Gate:
         across: Iterable[str] = (),
         name: str = "baseline",
     ) -> None:
-        check_same_scenario(scenario, baseline, name, across)
+        found = scenario_differences(scenario, baseline, across)
+        if found:
+            gains = all(one.startswith(f"{ACROSS['gains']}.") for one in found)
+            more = f" and {len(found) - MOST_SHOWN} more fields differ" if len(found) > MOST_SHOWN else ""
+            raise InputError(
+                f"{name}: is of another scenario: {'; '.join(found[:MOST_SHOWN])}{more}; run the scenario that it was "
+                f"made with, or make a new baseline{', or compare across gains (--across gains)' if gains else ''}"
+            )
         there = seeds_of(baseline.get("by_seed"))
         if there != seeds:
             raise InputError(
@@ -180,30 +167,26 @@ class Gate:
         self.metrics = self._guarded_metrics(metrics)
 
     def _read_tolerances(self, tolerance: Tolerance | None) -> dict[str, float]:
-        given = dict(tolerance) if isinstance(tolerance, Mapping) else {"default": tolerance}
+        given = tolerance if isinstance(tolerance, Mapping) else {"default": tolerance}
+        given = {key: value for key, value in given.items() if value is not None}
         names = list(self._baseline["controllers"])
         allowed = {"default", *GATED, *names, *(f"{name}.{metric}" for name in names for metric in GATED)}
-        fractions = {}
-        for key, value in given.items():
-            if value is None:
-                continue
+        for key in given:
             if key not in allowed:
                 raise InputError(
                     f"tolerance {key!r} is not known; there are the metrics {', '.join(GATED)}, the controllers "
                     f"{', '.join(names)} and CONTROLLER.METRIC"
                 )
-            fractions[key] = read_fraction("tolerance" if key == "default" else f"tolerance of {key}", value)
-        return fractions
+        said = {key: "tolerance" if key == "default" else f"tolerance of {key}" for key in given}
+        return {key: read_fraction(said[key], value) for key, value in given.items()}
 
     def _guarded_controllers(self, chosen: Iterable[str] | None) -> list[str]:
         """Return the controllers that are looked at: by default all of the baseline but the package's yardsticks."""
         there = list(self._baseline["controllers"])
-        if chosen is not None:
-            names = _several("controllers", chosen)
-            for name in names:
-                check_among("guarded controller ", name, there, "in the baseline")
-            return names
-        names = [name for name in there if name in GUARDED or name not in CONTROLLERS]
+        default = [name for name in there if name in GUARDED or name not in CONTROLLERS]
+        names = default if chosen is None else _several("controllers", chosen)
+        for name in names:
+            check_among("guarded controller ", name, there, "in the baseline")
         if not names:
             raise InputError(
                 f"the baseline has only controllers that are not guarded by default ({', '.join(there)}); choose "
@@ -214,9 +197,8 @@ class Gate:
     def _guarded_metrics(self, chosen: Iterable[str] | None) -> list[str]:
         """Return the metrics that are looked at: by default all that the baseline has."""
         controllers = self._baseline["controllers"]
-        if chosen is None:
-            return [name for name in GATED if all(name in figures for figures in controllers.values())]
-        names = _several("metrics", chosen)
+        default = [name for name in GATED if all(name in figures for figures in controllers.values())]
+        names = default if chosen is None else _several("metrics", chosen)
         for name in names:
             check_among("metric ", name, GATED)
             for controller, figures in controllers.items():
@@ -252,11 +234,9 @@ class Gate:
 
 def _several(name: str, chosen: Iterable[str]) -> list[str]:
     """Return names as a list; a gate that looks at nothing would let everything pass."""
-    if isinstance(chosen, str) or not isinstance(chosen, Iterable):
-        raise InputError(f"{name} = {chosen!r} is not allowed: it must be a list of names, such as [{str(chosen)!r}]")
-    names = list(chosen)
+    names: list[Any] = list(chosen) if isinstance(chosen, Iterable) and not isinstance(chosen, str) else [None]
     if not all(isinstance(one, str) for one in names):
-        raise InputError(f"{name} = {chosen!r} is not allowed: it must be a list of names")
+        raise InputError(f"{name} = {chosen!r} is not allowed: it must be a list of names, such as [{str(chosen)!r}]")
     if not names:
         raise InputError(f"{name} = [] is not allowed: name one at least, or leave it out for the default")
     return names

@@ -19,14 +19,9 @@ from adaptive_ff.errors import InputError, check_kind
 from adaptive_ff.scenario.scenario import Scenario
 from controllers import ESTIMATES, STEPS, Inputs, Output
 
-MODULE = "own_controller_"
-"""Begins the names of the modules that own controllers are loaded as."""
-
-FOLDERS: set[Path] = set()
-"""Folders that own controllers were loaded from."""
-
-NO_NAME = '/\\:*?"<>|'
-"""Characters that the name of a file cannot have on one system or another."""
+MODULE = "own_controller_"  # begins the names of the modules that own controllers are loaded as
+FOLDERS: set[Path] = set()  # folders that own controllers were loaded from
+NO_NAME = '/\\:*?"<>|'  # characters that the name of a file cannot have on one system or another
 
 OFFERED = ("scenario", "proportional", "integral", "period", "inertia")
 """Arguments that a factory may take, by name; a single one of another name is given the scenario."""
@@ -66,12 +61,11 @@ class OwnController(Protocol):
 
         Parameters
         ----------
-        reference : float
-            Planned velocity, rad/s. Where ``step`` does not accept ``correction``, that is part of it.
+        reference, next_reference : float
+            Planned velocity now and at the next sample, rad/s. Where ``step`` does not accept ``correction``, that is
+            part of it.
         velocity : float
             Measured velocity, rad/s.
-        next_reference : float
-            Planned velocity at the next sample, rad/s.
         correction : float
             What an outer position loop adds to the plan, rad/s, for feedback alone; zero without one.
         position : float or None
@@ -94,13 +88,10 @@ class OwnController(Protocol):
 Own = OwnController | Callable[..., Any] | str
 """An own controller: an object (copied for each run), a class or a factory, or ``FILE.py:NAME`` of one of these."""
 
-
 GIVEN = tuple(name for name in Inputs._fields if name not in ("reference", "velocity"))
-"""Arguments that a step may take, by name, beside reference and velocity."""
-
 PLANNED = ("reference", "next_reference", "acting_reference", "next_acting_reference")
 OPTIONAL = frozenset({"position", "realised_torque", "inertia", "acting_reference", "next_acting_reference"})
-"""What is a planned velocity, and what is None where it is not known."""
+"""Arguments that a step may take by name, planned velocities, and what is None where it is not known."""
 
 
 class Foreign(NamedTuple):
@@ -118,12 +109,10 @@ def own_controller(controller: Any) -> Foreign:
         taken = signature(controller.step)
     except (TypeError, ValueError):  # written in another language
         return Foreign(controller, frozenset(GIVEN), names)
-    parameters = taken.parameters.values()
+    kinds = {name: parameter.kind for name, parameter in taken.parameters.items()}
     named = (Parameter.KEYWORD_ONLY, Parameter.POSITIONAL_OR_KEYWORD)
-    accepted = {parameter.name for parameter in parameters if parameter.kind in named}
-    if any(parameter.kind is Parameter.VAR_KEYWORD for parameter in parameters):
-        accepted = {*GIVEN}
-    found = Foreign(controller, frozenset(GIVEN) & accepted, names)
+    every = Parameter.VAR_KEYWORD in kinds.values()
+    found = Foreign(controller, frozenset(name for name in GIVEN if every or kinds.get(name) in named), names)
     try:
         taken.bind(None, None, **dict.fromkeys(found.accepted))
     except TypeError as error:
@@ -138,8 +127,8 @@ def step_own(parameters: Foreign, inputs: Inputs) -> Output:
     """Do one sample of a user's controller; the inputs are Python's numbers, not numpy's."""
     if "correction" not in parameters.accepted:  # all it can follow is plan and outer loop together
         inputs = inputs._replace(**{name: getattr(inputs, name) + inputs.correction for name in PLANNED})
-    others = {name: getattr(inputs, name) for name in parameters.accepted}
-    others = {name: None if name in OPTIONAL and not math.isfinite(value) else value for name, value in others.items()}
+    given = {name: getattr(inputs, name) for name in parameters.accepted}
+    others = {name: None if name in OPTIONAL and not math.isfinite(value) else value for name, value in given.items()}
     torque = parameters.controller.step(inputs.reference, inputs.velocity, **others)
     value = _number(torque)
     if not math.isfinite(value):
@@ -224,8 +213,7 @@ def _arguments(name: str, factory: Callable[..., Any], scenario: Scenario) -> di
 def _forget_namesakes(folder: Path) -> None:
     """Forget modules of other own controllers' folders where this folder has one of the same name."""
     for name, module in list(sys.modules.items()):
-        file = getattr(module, "__file__", None)
-        home = Path(file).parent if file else None
+        home = Path(getattr(module, "__file__", None) or "").parent
         if home in FOLDERS and home != folder and (folder / f"{name}.py").is_file():
             del sys.modules[name]
 
@@ -267,9 +255,7 @@ def named_own(places: list[str]) -> dict[str, Own]:
     """Return own controllers by name, from ``[NAME=]FILE.py:OBJECT`` as a command line gives them."""
     found: dict[str, Own] = {}
     for given in places:
-        name, equals, place = given.partition("=")
-        place = place if equals else given
-        name = name if equals else place.rpartition(":")[2]
+        name, _, place = given.partition("=") if "=" in given else (given.rpartition(":")[2], "", given)
         if name in found:
             raise InputError(f"--own {given}: there are two own controllers {name!r}; write NAME={place}")
         load_own(place)
@@ -291,17 +277,20 @@ def check_own_names(own: Mapping[str, Own], taken: Mapping[str, Any]) -> None:
             )
 
 
-def own_mark(own: Own) -> str | None:
-    """Return what identifies an own controller from one call to the next: its file; None for a living object."""
-    if not isinstance(own, str):
-        return None
-    return own + hashlib.sha256(Path(own.rpartition(":")[0]).read_bytes()).hexdigest()
+def own_marks(own: Mapping[str, Own]) -> dict[str, str | None]:
+    """Return what identifies own controllers from one call to the next: their files; None for a living object."""
+    files = {name: Path(one.rpartition(":")[0]) for name, one in own.items() if isinstance(one, str)}
+    digests = {name: hashlib.sha256(file.read_bytes()).hexdigest() for name, file in files.items()}
+    return {name: f"{one}{digests[name]}" if name in files else None for name, one in own.items()}
 
 
-def can_be_sent(own: Mapping[str, Own | None]) -> bool:
-    """Whether own controllers can be sent to other processes; what is defined in a function or a lambda cannot."""
+def workers_for(own: Mapping[str, Own]) -> dict[str, Any]:
+    """Return by what a study runs own controllers: one worker where no other process can be sent them.
+
+    What is defined in a function or a lambda cannot be sent. Without own controllers two workers may be threads.
+    """
     try:
         pickle.dumps(dict(own))
     except Exception:
-        return False
-    return True
+        return {"workers": 1}
+    return {"threads": not own}

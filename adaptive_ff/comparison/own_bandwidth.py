@@ -1,13 +1,10 @@
 """The bandwidth at which a controller does best on a scenario: error over bandwidth, on seeds that are not reported.
 
 On a common PI loop a good compensator is held to the bandwidth that suits the others, and a weak one is helped by a
-loop that is slow. What suits a controller weighs two errors: the settled one, and the one after a step of the load of
-0.4 of the rated torque, which a slow loop stands badly. Each is taken over what PI leaves at its own best bandwidth,
-and the larger of the two ratios is the cost: below 1, the controller is better than PI's best in both. PI's own two are
-taken over the least that it leaves at any bandwidth (a Chebyshev distance from the ideal point).
-
-It is searched up to the fastest loop that a maximum sensitivity of 1.7 allows, on seeds from 101 on, whatever the
-scenario's own is. A best bandwidth at either end of the range is marked, because the true optimum may be beyond it.
+loop that is slow. Two errors are weighed: the settled one, and the one after a step of the load of 0.4 of the rated
+torque, which a slow loop stands badly. Each is taken over what PI leaves at its own best bandwidth, and the larger of
+the two ratios is the cost. PI's own two are taken over the least that it leaves at any bandwidth (a Chebyshev distance
+from the ideal point). It is searched up to the fastest loop that a maximum sensitivity of 1.7 allows.
 """
 
 import math
@@ -26,14 +23,9 @@ from adaptive_ff.simulation.metrics import settled_start
 from adaptive_ff.simulation.tracking_errors import WINDOW, tracking_errors
 from controllers import PI
 
-Maker = Callable[..., Any]
-"""Makes a controller, any object with a method ``step``, for a scenario."""
-
-FIRST_TUNING_SEED = 101
-"""First of the seeds on which a bandwidth is chosen; reported ones begin at 1."""
-
-TUNING_SEEDS = tuple(range(FIRST_TUNING_SEED, FIRST_TUNING_SEED + 3))
-"""Seeds on which a bandwidth is chosen by default."""
+Maker = Callable[..., Any]  # makes a controller, any object with a method ``step``, for a scenario
+FIRST_TUNING_SEED = 101  # first of the seeds on which a bandwidth is chosen; reported ones begin at 1
+TUNING_SEEDS = tuple(range(FIRST_TUNING_SEED, FIRST_TUNING_SEED + 3))  # those that a bandwidth is chosen on
 
 
 class Errors(NamedTuple):
@@ -167,10 +159,3 @@ def _errors(text: str, maker: Maker, seeds: tuple[int, ...]) -> NDArray[np.float
     seeded = [scenario.modified(seed=seed) for seed in seeds]
     runs = [(one, build_setup(with_bandwidth(one, tried[0]))) for one in seeded]
     return np.array([[errors_of(with_bandwidth(one, hertz), maker, setup) for one, setup in runs] for hertz in tried])
-
-
-def in_own_loop(scenario: Scenario, maker: Maker) -> Scenario:
-    """Return a scenario with the bandwidth that suits a controller where its own is ``auto``; else the scenario."""
-    if not scenario.feedback.is_auto:
-        return scenario
-    return with_bandwidth(scenario, find_own_bandwidth(scenario, maker).best)

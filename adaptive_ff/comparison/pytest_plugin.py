@@ -15,8 +15,7 @@ if TYPE_CHECKING:
 
 OPTION = "--update-tracking-baseline"
 
-FOLDER = "tracking_baselines"
-"""Folder beside the test file in which baselines are stored."""
+FOLDER = "tracking_baselines"  # folder beside the test file in which baselines are stored
 
 WRITTEN = pytest.StashKey[list[str]]()
 
@@ -24,9 +23,8 @@ WRITTEN = pytest.StashKey[list[str]]()
 class TrackingBaseline:
     """The stored baseline of one test: compared with, or on update stored, its path then added to those written."""
 
-    def __init__(self, path: Path, update: bool, written: list[str]) -> None:
-        self.path = path
-        self._update, self._written = update, written
+    def __init__(self, path: Path, config: pytest.Config) -> None:
+        self.path, self._config = path, config
 
     def check(
         self,
@@ -54,21 +52,19 @@ class TrackingBaseline:
         from adaptive_ff.errors import InputError
 
         path = self.path if name is None else self.path.with_name(f"{self.path.stem}-{_file_name(name)}.json")
-        if self._update:
+        failure = ""
+        if self._config.getoption(OPTION):
             comparison.write(path)
-            self._written.append(str(path))
+            self._config.stash[WRITTEN].append(str(path))
         elif not path.exists():
-            pytest.fail(
-                f"there is no baseline {path}; run pytest once with {OPTION}, look at it and store it", pytrace=False
-            )
+            failure = f"there is no baseline {path}; run pytest once with {OPTION}, look at it and store it"
         else:
-            failure = ""
             try:
                 assert_no_regression(comparison, path, tolerance, **guarded)
             except (AssertionError, InputError) as error:
                 failure = str(error).replace("(--across gains)", '(across="gains")')
-            if failure:  # outside, so that it is printed once
-                pytest.fail(failure, pytrace=False)
+        if failure:  # outside, so that it is printed once
+            pytest.fail(failure, pytrace=False)
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -92,8 +88,7 @@ def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter, config: p
 def tracking_baseline(request: pytest.FixtureRequest) -> TrackingBaseline:
     """Return the stored tracking baseline of this test, to ``check`` a comparison against."""
     name = _file_name(f"{request.path.stem}-{request.node.name}")
-    path = request.path.parent / FOLDER / f"{name}.json"
-    return TrackingBaseline(path, bool(request.config.getoption(OPTION)), request.config.stash[WRITTEN])
+    return TrackingBaseline(request.path.parent / FOLDER / f"{name}.json", request.config)
 
 
 def _file_name(text: str) -> str:

@@ -1,9 +1,8 @@
 """The controllers of a comparison by name, each made for a scenario by a factory of one argument.
 
 What the sources leave open did best in ``python -m benchmarks run tuning``, on other joints and seeds; the factories
-take it as arguments. Two rates are slower than the best of that search, which hold with little to spare:
-``radial_basis`` where a drive is late, and ``lugre_gradient`` by a factor of four below the rate at which it loses its
-stability.
+take it as arguments. Slower than the best of that search, which hold with little to spare, are the rates of
+``radial_basis``, where a drive is late, and of ``lugre_gradient``, by four below the rate at which it is unstable.
 """
 
 import inspect
@@ -35,7 +34,14 @@ from adaptive_ff.comparison.fixed_models import (
     response_time,
 )
 from adaptive_ff.comparison.own import Own, make_own
-from adaptive_ff.comparison.own_bandwidth import TUNING_SEEDS, Maker, in_own_loop, plain_pi, settled_error
+from adaptive_ff.comparison.own_bandwidth import (
+    TUNING_SEEDS,
+    Maker,
+    find_own_bandwidth,
+    plain_pi,
+    settled_error,
+    with_bandwidth,
+)
 from adaptive_ff.errors import InputError, check_among
 from adaptive_ff.friction.model import WITH_GRAVITY, TorqueModel
 from adaptive_ff.scenario.reference import Multisine
@@ -45,23 +51,14 @@ from adaptive_ff.simulation.experiment import build_setup
 from controllers import DisturbanceObserver, ExtendedState, KalmanDisturbance, ObserverDesign, SuperTwisting
 from controllers.design.observer_design import SLOWEST
 
-Settings = Callable[..., dict[str, Any]]
-"""Returns arguments of a controller by name for a scenario."""
-
-PAPER_MEMORY = 3.0
-"""Memory of ``adaptive_paper``, s, where the scenario gives none."""
-
-REACHES = (0.03, 0.1, 0.3, 1.0, 3.0, 10.0, 30.0)
-"""Reaches of the stop operators, over the displacement at ``Vs`` in a time constant of the feedback."""
-
-CENTRES = (-20.0, -6.0, -2.0, -0.6, -0.2, 0.2, 0.6, 2.0, 6.0, 20.0)
-"""Centres of the bells, over ``Vs``."""
-
-SHORTEST_REPEATS = 3
-"""Periods of a motion that a run must hold for it to be worth learning."""
-
-QUIET = 0.02
-"""Least noise that a super-twisting observer is set for, over ``Vs``."""
+Settings = Callable[..., dict[str, Any]]  # arguments of a controller by name, for a scenario
+PAPER_MEMORY = 3.0  # memory of ``adaptive_paper``, s, where the scenario gives none
+REACHES = (0.03, 0.1, 0.3, 1.0, 3.0, 10.0, 30.0)  # of the stop operators, over ``assumed_displacement``
+CENTRES = (-20.0, -6.0, -2.0, -0.6, -0.2, 0.2, 0.6, 2.0, 6.0, 20.0)  # centres of the bells, over ``Vs``
+SHORTEST_REPEATS = 3  # periods of a motion that a run must hold for it to be worth learning
+QUIET = 0.02  # least noise that a super-twisting observer is set for, over ``Vs``
+LARGEST_ADDED = 2.0  # largest lag that an oracle adds, sampling periods beside 20 ms
+RESOLUTION = 2e-4  # resolution of that lag, s
 
 LARGEST_BEHIND_FILTER = 4.5
 """Largest maximum sensitivity, for the measured velocity, with which an observer is as fast as for the true one.
@@ -70,26 +67,21 @@ With 2 the observers alone are up to 1.7 times worse with a fine encoder and its
 ``positioning``), where they have 3 to 4.1 with their usual bandwidth; without a bound a fast loop oscillates.
 """
 
-LARGEST_ADDED, RESOLUTION = 2.0, 2e-4
-"""Largest lag that may be added to the oracle's, sampling periods beside 20 ms, and to how many s it is found."""
-
 
 def made_for(scenario: Scenario, kind: Callable[..., Any], **given: Any) -> Any:
     """Make a controller with those of its arguments that the loop of a scenario knows, and further ones."""
-    assumed = scenario.adaptation
+    proportional, integral = scenario.feedback.gains
     known = {
-        "proportional": scenario.feedback.gains[0],
-        "integral": scenario.feedback.gains[1],
+        **{name: getattr(scenario.adaptation, name) for name in ("stribeck_velocity", "stribeck_shape", "memory")},
+        "proportional": proportional,
+        "integral": integral,
         "period": scenario.sampling.period,
         "inertia": scenario.feedback.inertia,
-        "stribeck_velocity": assumed.stribeck_velocity,
-        "stribeck_shape": assumed.stribeck_shape,
         "delay": scenario.assumed_delay,
         "velocity_lag": scenario.velocity_lag,
-        **({} if assumed.memory is None else {"memory": assumed.memory}),
     }
     names = inspect.signature(kind).parameters
-    return kind(**{**{name: value for name, value in known.items() if name in names}, **given})
+    return kind(**{name: value for name, value in known.items() if name in names and value is not None} | given)
 
 
 CONTROLLERS: dict[str, Maker] = {"pi": plain_pi}
@@ -243,16 +235,9 @@ made_of(PaperController, "adaptive_paper")(lambda scenario: {"memory": scenario.
 def adaptive(scenario: Scenario, **options: Any) -> dict[str, Any]:
     """Adaptive controller as a scenario asks for it, with further options of :class:`AdaptiveController`."""
     assumed = scenario.adaptation
-    settings = {
-        "parameters": assumed.parameters or WITH_GRAVITY,
-        "ripple_periods": assumed.ripple_periods,
-        "position_periods": scenario.friction_periods,
-        "position_hats": assumed.position_hats,
-        "position_range": assumed.position_range,
-        "load_friction": assumed.load_friction,
-        "friction_share": assumed.friction_share,
-    }
-    return {**settings, **options}
+    names = ("ripple_periods", "position_hats", "position_range", "load_friction", "friction_share")
+    known = {"parameters": assumed.parameters or WITH_GRAVITY, "position_periods": scenario.friction_periods}
+    return {**known, **{name: getattr(assumed, name) for name in names}, **options}
 
 
 made_of(AdaptiveController, "adaptive_unsupervised")(
@@ -298,10 +283,7 @@ def friction_observer(scenario: Scenario, stretch: float = 1.0, multiple: float 
 def lee_tomizuka(
     scenario: Scenario, form: str = "coulomb", multiple: float = 6.0, integrates: bool = False
 ) -> dict[str, Any]:
-    """Lee and Tomizuka's controller from nominal parameters, of form ``coulomb`` or ``stribeck``.
-
-    Whether it integrates says whether the integral of the PI loop stands beside the observer.
-    """
+    """Lee and Tomizuka's controller from nominal parameters; it may integrate, as PI does, beside the observer."""
     gains = scenario.feedback.gains if integrates else (scenario.feedback.gains[0], 0.0)
     # behind a position loop, which it was made for, the bound on the margin makes it worse
     bounded = scenario.position is None
@@ -342,17 +324,13 @@ def cycle_of(scenario: Scenario) -> int:
 
     A machine that repeats a motion knows its period; here it is that of the multisine's frequencies.
     """
-    reference = scenario.reference
-    if not isinstance(reference, Multisine):
-        return 0
-    slowest = min(reference.frequencies)
-    for count in range(1, 101):
-        length = count / slowest
+    frequencies = scenario.reference.frequencies if isinstance(scenario.reference, Multisine) else []
+    for count in range(1, 101) if frequencies else ():
+        length = count / min(frequencies)
         if SHORTEST_REPEATS * length > scenario.length:
             return 0
         samples = length / scenario.sampling.period
-        whole = [abs(length * frequency - round(length * frequency)) < 1e-6 for frequency in reference.frequencies]
-        if all(whole) and abs(samples - round(samples)) < 1e-6:
+        if all(abs(one - round(one)) < 1e-6 for one in [samples, *(length * each for each in frequencies)]):
             return round(samples)
     return 0
 
@@ -366,8 +344,7 @@ def repetitive(scenario: Scenario, gain: float = 0.9, lead: float = 0.5) -> dict
 
 
 # of the true parameters with their lag there is the oracle, which follows changes as well
-FIXED = {f"{f}_{s}": (f, s) for f in FORMS for s in SOURCES if (f, s) != ("lagged", "true")}
-"""Forms and sources of the feedforwards from fixed models, by name."""
+FIXED = {f"{f}_{s}": (f, s) for f in FORMS for s in SOURCES if (f, s) != ("lagged", "true")}  # forms and sources
 
 for _name, (_form, _source) in FIXED.items():
     made_of(ModelBased, _name)(lambda scenario, form=_form, source=_source: {"model": _model(scenario, form, source)})
@@ -380,14 +357,15 @@ def loop_of(scenario: Scenario, name: str, own: Mapping[str, Own] | None = None)
     """
     own = own or {}
     check_among("controllers = ", name, [*CONTROLLERS, *own])
-    return in_own_loop(scenario, CONTROLLERS["pi" if name in own else name])
+    if not scenario.feedback.is_auto:
+        return scenario
+    return with_bandwidth(scenario, find_own_bandwidth(scenario, CONTROLLERS["pi" if name in own else name]).best)
 
 
 def make_for_machine(scenario: Scenario, name: str) -> Any:
     """Make a controller of the package as it is to run on a machine: the adaptive one knows the limit of the drive.
 
-    In a comparison the simulated drive reports what it gave; a machine may not. A scenario need not have a limit: one
-    that is identified from a log has none.
+    In a comparison the simulated drive reports what it gave; a machine may not. Not every scenario has a limit.
     """
     limit = scenario.actuator.torque_limit
     known = {"torque_limit": limit} if name == "adaptive" and limit is not None else {}
@@ -397,6 +375,4 @@ def make_for_machine(scenario: Scenario, name: str) -> Any:
 def make_controller(scenario: Scenario, name: str, own: Mapping[str, Own] | None = None) -> Any:
     """Make a controller for a scenario by its name, an own one by :func:`~adaptive_ff.comparison.own.make_own`."""
     loop = loop_of(scenario, name, own)
-    if own and name in own:
-        return make_own(name, own[name], loop)
-    return CONTROLLERS[name](loop)
+    return make_own(name, own[name], loop) if own and name in own else CONTROLLERS[name](loop)

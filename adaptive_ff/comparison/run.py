@@ -1,8 +1,14 @@
-"""One controller in the closed loop of a scenario."""
+"""One controller in the closed loop of a scenario; and the noise floor, the run of that loop without friction.
+
+The joint of the floor keeps its inertia, payloads and spring, the loop its gains, sensor, drive and reference;
+friction, loads, gravity and ripple of the drive are taken away, and the true inertia is fed forward. What remains of
+the error is due to noise, sampling, delay and spring. No controller of friction can be expected to do better with the
+same loop, but for what friction damps.
+"""
 
 import math
 import reprlib
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from types import NoneType
@@ -12,12 +18,13 @@ import numpy as np
 
 from adaptive_ff.adaptive.controller import AdaptiveController
 from adaptive_ff.adaptive.extensions.over_position import LearntMap
-from adaptive_ff.comparison.registry import loop_of, make_controller
+from adaptive_ff.comparison.own import Own
+from adaptive_ff.comparison.registry import loop_of, make_controller, make_oracle
 from adaptive_ff.comparison.running import Drive, check_progress, drive_over
 from adaptive_ff.errors import InputError, check_kind
 from adaptive_ff.reported import Reported
 from adaptive_ff.scenario.scenario import Scenario, check_scenario
-from adaptive_ff.simulation.experiment import RunSetup, build_setup
+from adaptive_ff.simulation.experiment import RunSetup, build_setup, without_noise
 from adaptive_ff.simulation.metrics import Metrics, PositionMetrics, evaluate, evaluate_position
 from controllers import Controller
 from controllers.arrays import NDArray
@@ -26,11 +33,10 @@ from controllers.checks import checked_switch
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-MOST_STEPS = 2_000_000
-"""Solver steps of which all series are kept unless it is said otherwise; of longer runs about as many samples are."""
-
-MARKS = 120
-"""Times in a run at which the uncertainty of the estimates is noted."""
+MOST_STEPS = 2_000_000  # solver steps of which all series are kept; of longer runs about as many samples are
+MARKS = 120  # times in a run at which the uncertainty of the estimates is noted
+NOISE_FLOOR = "noise_floor"  # name of the line in tables
+SPRING = ("link_share", "link_stiffness", "link_damping")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -52,10 +58,8 @@ class Run(Reported):
         times and the position error are at the samples that are kept, as all series are.
     measured : ndarray, shape (samples,)
         Measured velocity, rad/s.
-    torque, feedforward : ndarray, shape (samples,)
-        Realised torque over the period that begins with the sample, and the feedforward in it, N m.
-    friction : ndarray, shape (samples,)
-        True friction torque, N m.
+    torque, feedforward, friction : ndarray, shape (samples,)
+        Realised torque over the period that begins with the sample, the feedforward in it, and true friction, N m.
     estimates : dict of ndarray, shape (samples,)
         Physical estimates by name, for controllers that have any.
     metrics : Metrics
@@ -67,10 +71,8 @@ class Run(Reported):
     monitors : dict of ndarray, shape (samples,)
         What a controller watches itself by, by name: of ``adaptive`` the probability of a change, observer gain and
         observed torque (N m).
-    uncertainties : dict of ndarray, shape (marks,)
-        How far each estimate may be off, as a standard deviation, for controllers that say so.
-    uncertainty_time : ndarray, shape (marks,)
-        When, s.
+    uncertainties, uncertainty_time : dict of ndarray, ndarray, shape (marks,)
+        How far each estimate may be off, as a standard deviation, for controllers that say so; and when, s.
     thin : int
         One of so many samples is kept, and the last; the figures of merit are those of the whole run.
     friction_map : LearntMap or None
@@ -110,7 +112,6 @@ class Run(Reported):
     def columns(self) -> dict[str, NDArray[np.float64]]:
         """Return the series at the samples by name, as they are written to CSV."""
         samples = self.scenario.sample_steps[:-1] if self.thin == 1 else slice(None)
-        named = {f"estimated_{name}": series for name, series in self.estimates.items()}
         return {
             "time": self.time,
             "reference": self.reference[samples],
@@ -120,7 +121,7 @@ class Run(Reported):
             "feedforward": self.feedforward,
             "friction": self.friction,
             **({} if self.position_error is None else {"position_error": self.position_error[samples]}),
-            **named,
+            **{f"estimated_{name}": series for name, series in self.estimates.items()},
             **self.monitors,
         }
 
@@ -132,15 +133,6 @@ class Run(Reported):
         """Draw tracking, error and torque; write the picture where a path is given."""
         figure: Figure = self._report("plot_run", path)
         return figure
-
-
-def _check_thin(thin: int | None) -> None:
-    """Raise ``ValueError`` for what is neither None nor a whole number of at least one."""
-    if thin is None:
-        return
-    if isinstance(thin, bool) or not isinstance(thin, int | np.integer) or not 1 <= thin < 2**63:
-        shown = reprlib.repr(thin)
-        raise ValueError(f"thin = {shown} is not allowed: it must be a whole number of at least 1 and below 2**63")
 
 
 def simulate(
@@ -196,7 +188,10 @@ def simulate(
     check_kind("name", name, (str, NoneType), "a text")
     check_kind("setup", setup, (RunSetup, NoneType), "what build_setup(scenario) returns")
     check_progress(progress)
-    _check_thin(thin)
+    whole = isinstance(thin, int | np.integer) and not isinstance(thin, bool)
+    if thin is not None and not (whole and 1 <= thin < 2**63):
+        shown = reprlib.repr(thin)
+        raise ValueError(f"thin = {shown} is not allowed: it must be a whole number of at least 1 and below 2**63")
     noted = checked_switch("uncertain", uncertain)
     if isinstance(controller, str):
         scenario = loop_of(scenario, controller)
@@ -265,3 +260,42 @@ def _run(name: str, scenario: Scenario, drive: Drive, thin: int) -> Run:
         {key: record.monitors[kept, i] for i, key in enumerate(drive.watched)},
         thin=thin,
     )
+
+
+def frictionless(scenario: Scenario) -> Scenario:
+    """Return the scenario of the same loop on a joint without friction, loads, gravity and ripple; payloads stay."""
+    joint = scenario.joint
+    kept = {name: getattr(joint, name) for name in ("stribeck_velocity", "stribeck_shape", "solver_period", "axis")}
+    table: dict[str, Any] = {"kind": "stribeck", "inertia": joint.inertia, **kept}
+    table |= {"coulomb": 0.0, "stiction": 0.0, "viscous": 0.0}
+    if hasattr(joint, "link_share"):
+        table |= {"kind": "elastic", **{name: getattr(joint, name) for name in SPRING}}
+    content = scenario.model_dump(exclude_unset=True)
+    changes = [{"time": change.time, "inertia_scale": change.inertia_scale} for change in scenario.change]
+    content.get("actuator", {}).pop("ripple_amplitude", None)
+    return Scenario.model_validate(
+        {**{name: part for name, part in content.items() if name != "variation"}, "joint": table, "change": changes}
+    )
+
+
+def noise_floor(scenario: Scenario, setup: RunSetup | None = None, *, noisy: bool = True) -> Run:
+    """Run the loop of a scenario on a joint without friction, with the noise and the reference of its set-up.
+
+    Without noise the sensor has neither noise nor the steps of its encoder.
+    """
+    plain = frictionless(scenario)
+    built = build_setup(plain)
+    if setup is not None:
+        built = built._replace(noise=setup.noise, reference=setup.reference)
+    built = built if noisy else without_noise(built)
+    return simulate(plain, make_oracle(plain), name=NOISE_FLOOR, setup=built)
+
+
+def run_by_name(
+    scenario: Scenario, name: str, setup: RunSetup, own: Mapping[str, Own] | None = None, thin: int | None = None
+) -> Run:
+    """Run a controller, own ones and the noise floor included, over a set-up of the scenario."""
+    if name == NOISE_FLOOR:
+        return noise_floor(scenario, setup)
+    made = make_controller(scenario, name, own)
+    return simulate(scenario, made, name=name, setup=setup, uncertain=False, thin=thin)

@@ -13,15 +13,11 @@ from controllers import CalledBack, Controller
 from controllers.compiled import compiles
 from controllers.interface import feedback_state
 
-PART = 20_000
-"""Samples between two reports of progress."""
+PART = 20_000  # samples between two reports of progress
 
 
 class Drive:
-    """A controller on its way through a setup, whose plan it knows by the delay that it reckons with; and its record.
-
-    ``names`` and ``watched`` are those of its estimates and monitors.
-    """
+    """A controller on its way through a setup, whose plan it knows by the delay it reckons with, and its record."""
 
     def __init__(self, controller: Any, setup: RunSetup) -> None:
         self.registered = isinstance(controller, Controller)
@@ -30,8 +26,8 @@ class Drive:
         if not self.registered and compiles():
             writes = partial(write_own_estimates, self.controller) if self.controller.estimate_names else None
             self._called = CalledBack(partial(step_own, self.controller), writes)
-        self.names: tuple[str, ...] = self.controller.estimate_names
-        self.watched: tuple[str, ...] = controller.monitor_names if self.registered else ()
+        self.names: tuple[str, ...] = self.controller.estimate_names  # of its estimates
+        self.watched: tuple[str, ...] = controller.monitor_names if self.registered else ()  # of its monitors
         if self.registered:
             setup = with_preview(setup, feedback_state(controller.parameters).delay * controller.period)
         self.setup, self.position = setup, start_position(setup)

@@ -10,9 +10,9 @@ from matplotlib.axes import Axes
 from matplotlib.colors import LinearSegmentedColormap, TwoSlopeNorm
 from matplotlib.figure import Figure
 
+from adaptive_ff.comparison.comparison import KNOW_THE_TRUTH
 from adaptive_ff.comparison.fixed_models import FORMS, SOURCES
 from adaptive_ff.comparison.registry import CONTROLLERS
-from adaptive_ff.comparison.verdict import KNOW_THE_TRUTH
 from adaptive_ff.report.comparison_pictures import looks_of
 from adaptive_ff.report.style import (
     INK,
@@ -203,7 +203,7 @@ def plot_matrix(cells: Cells, controllers: list[str], title: str, source: str) -
     if not ordered:
         return None
     gains = np.array(
-        [[np.median(cells[row][name].gain) if name in cells[row] else np.nan for name in ordered] for row in scenarios]
+        [[cells[row][name].gain if name in cells[row] else np.nan for name in ordered] for row in scenarios]
     )
     with rc_context(STYLE):
         figure = Figure(figsize=(5.6 + 0.46 * len(ordered), 3.4 + 0.3 * len(scenarios)), layout="constrained")

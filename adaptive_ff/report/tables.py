@@ -5,8 +5,8 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from adaptive_ff.comparison.comparison import BASELINE, Comparison
-from adaptive_ff.comparison.reference_lines import NOISE_FLOOR
 from adaptive_ff.comparison.registry import CONTROLLERS
+from adaptive_ff.comparison.run import NOISE_FLOOR
 from adaptive_ff.friction.model import PER_DIRECTION, unit_of
 from adaptive_ff.report.table import DEVIATIONS, Cell, Columns, Table, table
 from adaptive_ff.scenario.axis_units import axis_unit
@@ -162,8 +162,8 @@ def gains_table(cells: Cells, title: str) -> Table:
         rows.append([group])
         for scenario in members:
             row = cells[scenario]
-            gains = [row[name].median_gain if name in row else "failed" for name in names]
-            rows.append([f"  {scenario}", row[BASELINE].median, *gains])
+            gains = [row[name].gain if name in row else "failed" for name in names]
+            rows.append([f"  {scenario}", row[BASELINE].error, *gains])
     columns: Columns = {"scenario": None, "pi": ("rad/s", 3), **dict.fromkeys(names, ("", 3))}
     return table(title, rows, columns)
 
@@ -186,7 +186,7 @@ def standstill_table(results: "Results") -> Table | None:
         return None
     found = collect(still, "standstill")
     names = list(next(iter(found.values())))
-    rows = [[name, *(row[name].median if name in row else "failed" for row in found.values())] for name in names]
+    rows = [[name, *(row[name].error if name in row else "failed" for row in found.values())] for name in names]
     columns: Columns = {"controller": None, **dict.fromkeys(found, ("rad/s", 3))}
     return table("Peak-to-peak true velocity at standstill, median over seeds", rows, columns)
 

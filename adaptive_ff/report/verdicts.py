@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from adaptive_ff.comparison.verdict import Verdict
+from adaptive_ff.comparison.comparison import Verdict
 from adaptive_ff.report.table import DEVIATIONS, shown
 
 LIMITS = {

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from adaptive_ff.comparison.comparison import BASELINE
+from adaptive_ff.comparison.comparison import BASELINE, KNOW_THE_TRUTH
 from adaptive_ff.comparison.own_bandwidth import (
     TUNING_SEEDS,
     Errors,
@@ -20,8 +20,7 @@ from adaptive_ff.comparison.own_bandwidth import (
     with_bandwidth,
 )
 from adaptive_ff.comparison.registry import CONTROLLERS
-from adaptive_ff.comparison.verdict import KNOW_THE_TRUTH
-from adaptive_ff.errors import InputError
+from adaptive_ff.errors import InputError, check_among
 from adaptive_ff.reported import WORTH, Reported
 from adaptive_ff.scenario.axis_units import axis_unit
 from adaptive_ff.scenario.loop import LOAD_FRACTION, LoopAtBandwidth, loop_at, tried_bandwidths
@@ -33,15 +32,9 @@ from adaptive_ff.workers import part_of_progress
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-STUDIED = (BASELINE, "disturbance_observer", "extended_state", "kalman_disturbance", "adaptive")
-"""Controllers that are studied by default."""
-
-REPORTED_SEEDS = tuple(range(1, 6))
-"""Seeds of the errors that are reported; none of them takes part in the choice."""
-
-
-UNKNOWN = Errors(math.nan, math.nan)
-"""Errors where nothing is run."""
+STUDIED = (BASELINE, "disturbance_observer", "extended_state", "kalman_disturbance", "adaptive")  # by default
+REPORTED_SEEDS = tuple(range(1, 6))  # seeds of the errors that are reported; none of them takes part in the choice
+UNKNOWN = Errors(math.nan, math.nan)  # errors where nothing is run
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -76,12 +69,9 @@ class BandwidthStudy(Reported):
     @property
     def verdict(self) -> dict[str, Any]:
         """Best in the lesser of its gains over PI, settled and loaded, each at its best bandwidth; and its limit."""
-        pi = self.own_errors[BASELINE]
-        gains = {
-            name: Errors(*(base / error if error > 0.0 else math.inf for base, error in zip(pi, pair, strict=True)))
-            for name, pair in self.own_errors.items()
-            if name not in KNOW_THE_TRUTH
-        }
+        pi, candidates = self.own_errors[BASELINE], [name for name in self.own_errors if name not in KNOW_THE_TRUTH]
+        pairs = {name: zip(pi, self.own_errors[name], strict=True) for name in candidates}
+        gains = {name: Errors(*(one / own if own > 0.0 else math.inf for one, own in pairs[name])) for name in pairs}
         best = max(gains, key=lambda name: min(gains[name]))
         one, error = self.own[best], self.own_errors[best].settled
         noise = self.loops[one.bandwidths.index(one.best)].noise_velocity
@@ -97,31 +87,30 @@ class BandwidthStudy(Reported):
 
     def to_dict(self) -> dict[str, Any]:
         """Return the study as ``adaptive-ff tune --json`` writes it."""
+        controllers = {}
+        for name, one in self.own.items():
+            own, common = self.own_errors[name], self.common_errors.get(name, UNKNOWN)
+            controllers[name] = {
+                "best_bandwidth": one.best,
+                "at_an_end": one.at_an_end,
+                "own_error": own.settled,
+                "own_loaded_error": own.loaded,
+                "common_error": common.settled,
+                "common_loaded_error": common.loaded,
+                "errors": list(one.errors),
+                "loaded_errors": list(one.loaded),
+            }
         return {
             "scenario": self.scenario.model_dump(mode="json", exclude_none=True),
             "load": self.load,
-            "loops": [{key: _plain(value) for key, value in loop._asdict().items()} for loop in self.loops],
-            "controllers": {
-                name: {
-                    "best_bandwidth": one.best,
-                    "at_an_end": one.at_an_end,
-                    "own_error": _plain(self.own_errors[name].settled),
-                    "own_loaded_error": _plain(self.own_errors[name].loaded),
-                    "common_error": _plain(self.common_errors.get(name, UNKNOWN).settled),
-                    "common_loaded_error": _plain(self.common_errors.get(name, UNKNOWN).loaded),
-                    "errors": [_plain(error) for error in one.errors],
-                    "loaded_errors": [_plain(error) for error in one.loaded],
-                }
-                for name, one in self.own.items()
-            },
+            "loops": [_plain(loop._asdict()) for loop in self.loops],
+            "controllers": _plain(controllers),
             "verdict": self.verdict,
         }
 
     def columns(self) -> dict[str, NDArray[np.float64]]:
         """Return margins, noise and errors over the bandwidth by name, as they are written to CSV."""
-        loops = {
-            name: np.array([float(getattr(loop, name)) for loop in self.loops]) for name in LoopAtBandwidth._fields
-        }
+        loops = dict(zip(LoopAtBandwidth._fields, np.array(self.loops, dtype=float).T, strict=True))
         errors = {f"error_{name}": np.array(one.errors) for name, one in self.own.items()}
         return {**loops, **errors, **{f"loaded_error_{name}": np.array(one.loaded) for name, one in self.own.items()}}
 
@@ -148,8 +137,7 @@ def study_bandwidths(
     of loops at least so stiff: load over the angle that is lost, ``Ki``, N m/rad.
     """
     for name in controllers:
-        if name not in CONTROLLERS:
-            raise InputError(f"controller = {name!r} is not known; there are {', '.join(CONTROLLERS)}")
+        check_among("controller = ", name, CONTROLLERS)
     both = sorted(set(tuning_seeds) & set(reported_seeds))
     if both or not tuning_seeds or not reported_seeds:
         raise InputError(
@@ -167,26 +155,17 @@ def study_bandwidths(
             f"{loops[-1].integral:.4g} {unit}"
         )
     trials = {f"{bandwidth}, {seed}": (bandwidth, seed) for bandwidth in tried for seed in tuning_seeds}
-    runs = len(trials) + len(reported_seeds)
-    found = run_study(
-        partial(_trial, scenario, load),
-        trials,
-        names,
-        workers=workers,
-        threads=True,
-        progress=part_of_progress(progress, 0, runs, len(trials)),
-    )
-    errors = {name: np.reshape([one[name] for one in found.values()], (len(tried), seeds, 2)) for name in names}
+    count, runs = len(trials), len(trials) + len(reported_seeds)
+    run = partial(run_study, controllers=names, workers=workers, threads=True)
+    found = run(partial(_trial, scenario, load), trials, progress=part_of_progress(progress, 0, runs, count))
     own: dict[str, OwnBandwidth] = {}
     for name in names:
-        own[name] = own_bandwidth(tried, errors[name], own.get(BASELINE), allowed)
-    reported = run_study(
+        errors = np.reshape([one[name] for one in found.values()], (len(tried), seeds, 2))
+        own[name] = own_bandwidth(tried, errors, own.get(BASELINE), allowed)
+    reported = run(
         partial(_reported, scenario, load, {name: one.best for name, one in own.items()}),
         {str(seed): seed for seed in reported_seeds},
-        names,
-        workers=workers,
-        threads=True,
-        progress=part_of_progress(progress, len(trials), runs, len(reported_seeds)),
+        progress=part_of_progress(progress, count, runs, len(reported_seeds)),
     )
     medians = {name: np.median([one[name] for one in reported.values()], axis=0).tolist() for name in names}
     own_errors = {name: Errors(*pair[0]) for name, pair in medians.items()}
@@ -211,4 +190,8 @@ def _reported(scenario: Scenario, load: float, best: dict[str, float], seed: int
 
 def _plain(value: Any) -> Any:
     """Return a value that JSON can hold: None for what is not finite."""
+    if isinstance(value, dict):
+        return {name: _plain(one) for name, one in value.items()}
+    if isinstance(value, list):
+        return [_plain(one) for one in value]
     return None if isinstance(value, float) and not np.isfinite(value) else value

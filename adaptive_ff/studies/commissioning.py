@@ -4,13 +4,13 @@ On a simulated joint the truth is known, so that a last step can show what was g
 the adaptive controller with what was identified. On a real joint the log takes the place of the first two steps.
 """
 
+import math
 import tomllib
-from collections.abc import Callable
-from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
-from adaptive_ff.comparison.own_bandwidth import TUNING_SEEDS, settled_error, with_bandwidth
+from adaptive_ff.comparison.own_bandwidth import settled_error, with_bandwidth
 from adaptive_ff.comparison.registry import CONTROLLERS, loop_of
 from adaptive_ff.comparison.run import simulate
 from adaptive_ff.errors import InputError
@@ -21,49 +21,20 @@ from adaptive_ff.studies.bandwidth_study import REPORTED_SEEDS, BandwidthStudy, 
 from adaptive_ff.studies.exciting_motion import exciting_motion, with_motion
 from adaptive_ff.studies.motion import Array, Excitation, MotionLimits
 
-PERIODS = 6
-"""Periods of the motion that are recorded: identification chooses among models, and holds a quarter out."""
-
-RECORDED_SEED = 100
-"""Seed of the noise of the recording: neither one that is tuned on nor one that is reported."""
+PERIODS = 6  # periods of the motion that are recorded: identification chooses among models, and holds a quarter out
+RECORDED_SEED = 100  # seed of the noise of the recording: neither one that is tuned on nor one that is reported
 
 
-@dataclass(frozen=True, eq=False)
-class Recording:
-    """A recorded motion of a simulated joint."""
+def record(scenario: Scenario, limits: MotionLimits, **options: Any) -> tuple[Excitation, dict[str, Array]]:
+    """Find an exciting motion and record some periods of it on the simulated joint, under the PI loop.
 
-    motion: Excitation  # the motion
-    columns: dict[str, Array]  # ``time`` (s), ``velocity`` as it is measured (rad/s) and ``torque`` of the drive (N m)
-
-
-@dataclass(frozen=True, eq=False)
-class Gain:
-    """What commissioning gains on a simulated joint: settled rms errors, rad/s, the median over seeds."""
-
-    # PI loop as it was given, and its bandwidth, Hz
-    before: float
-    before_bandwidth: float
-    # PI loop with the bandwidth that suits it
-    best_pi: float
-    best_pi_bandwidth: float
-    # adaptive controller with what was identified, and the bandwidth that was chosen
-    after: float
-    after_bandwidth: float
-
-
-def record(
-    scenario: Scenario,
-    limits: MotionLimits,
-    *,
-    period: float = 10.0,
-    workers: int | None = 1,
-    progress: Callable[[float], None] | None = None,
-) -> Recording:
-    """Find an exciting motion of a period (s) and record some of them on the simulated joint, under the PI loop."""
-    motion = exciting_motion(scenario, limits, period=period, workers=workers, progress=progress)
-    plan = with_motion(loop_of(scenario, "pi"), motion.reference.model_dump(), PERIODS * period)
+    Options are those of :func:`exciting_motion`. Returns the motion, and ``time`` (s), ``velocity`` as it is measured
+    (rad/s) and ``torque`` of the drive (N m).
+    """
+    motion = exciting_motion(scenario, limits, **options)
+    plan = with_motion(loop_of(scenario, "pi"), motion.reference.model_dump(), PERIODS * motion.reference.period)
     run = simulate(plan.modified(seed=RECORDED_SEED), "pi")
-    return Recording(motion, {"time": run.time, "velocity": run.measured, "torque": run.torque})
+    return motion, {"time": run.time, "velocity": run.measured, "torque": run.torque}
 
 
 def identified_scenario(scenario: Scenario, found: LogIdentification) -> Scenario:
@@ -75,46 +46,46 @@ def identified_scenario(scenario: Scenario, found: LogIdentification) -> Scenari
     joint = tomllib.loads(scenario_text(found, "reference.csv"))["joint"]
     joint["solver_period"] = scenario.joint.solver_period
     content = scenario.model_dump(exclude_unset=True)
-    assumed = {name: joint[name] for name in ("inertia", "coulomb", "viscous")}
+    tables = {
+        "joint": {**joint, "axis": scenario.joint.axis},
+        "feedback": {**content["feedback"], "inertia": joint["inertia"]},
+        "adaptation": {**content["adaptation"], "stribeck_velocity": joint["stribeck_velocity"]},
+        "fixed": {name: joint[name] for name in ("inertia", "coulomb", "viscous")},
+    }
     try:
-        return Scenario.model_validate(
-            {
-                **content,
-                "joint": {**joint, "axis": scenario.joint.axis},
-                "feedback": {**content["feedback"], "inertia": joint["inertia"]},
-                "adaptation": {**content["adaptation"], "stribeck_velocity": joint["stribeck_velocity"]},
-                "fixed": assumed,
-            }
-        )
+        return Scenario.model_validate({**content, **tables})
     except ValueError as error:
         raise InputError(f"{found.name}: what was identified makes no scenario: {error}") from error
 
 
-def tuned(
-    identified: Scenario, *, workers: int | None = 1, progress: Callable[[float], None] | None = None
-) -> tuple[Scenario, BandwidthStudy]:
-    """Return a scenario with the bandwidth that suits the adaptive controller, and the study that found it."""
-    study = study_bandwidths(identified, ["adaptive"], tuning_seeds=TUNING_SEEDS, workers=workers, progress=progress)
+def tuned(identified: Scenario, **options: Any) -> tuple[Scenario, BandwidthStudy]:
+    """Return a scenario with the bandwidth that suits the adaptive controller, and the study that found it.
+
+    Options are those of :func:`study_bandwidths`.
+    """
+    study = study_bandwidths(identified, ["adaptive"], **options)
     best = float(f"{study.own['adaptive'].best:.4g}")
     return with_bandwidth(identified, min(best, study.own["adaptive"].bandwidths[-1])), study
 
 
-def gain_on_the_true_joint(scenario: Scenario, result: Scenario, study: BandwidthStudy) -> Gain:
-    """Return what the commissioned controller (result) gains on the joint of the scenario that it began with."""
-    given = loop_of(scenario, "pi")
+def gain_on_the_true_joint(scenario: Scenario, result: Scenario, study: BandwidthStudy) -> dict[str, float]:
+    """Return what the commissioned controller (result) gains on the joint of the scenario that it began with.
+
+    Settled rms errors, rad/s, the median over seeds, and bandwidths, Hz: of the PI loop as it was given, of the one
+    that suits PI, and of the adaptive controller with what was identified.
+    """
+    given, suits_pi = loop_of(scenario, "pi"), study.own["pi"].best
     content = result.model_dump(exclude_unset=True)
     after = Scenario.model_validate({**content, "joint": scenario.joint.model_dump(exclude_unset=True)})
 
     def error(one: Scenario, name: str) -> float:
         return float(np.median([settled_error(one.modified(seed=seed), CONTROLLERS[name]) for seed in REPORTED_SEEDS]))
 
-    crossover = given.feedback.gains[0] / (2.0 * np.pi * given.feedback.inertia)
-    suits_pi = study.own["pi"].best
-    return Gain(
-        error(given, "pi"),
-        float(crossover),
-        error(with_bandwidth(after, suits_pi), "pi"),
-        suits_pi,
-        error(after, "adaptive"),
-        after.feedback.hertz,
-    )
+    return {
+        "before": error(given, "pi"),
+        "before_bandwidth": given.feedback.gains[0] / (2.0 * math.pi * given.feedback.inertia),
+        "best_pi": error(with_bandwidth(after, suits_pi), "pi"),
+        "best_pi_bandwidth": suits_pi,
+        "after": error(after, "adaptive"),
+        "after_bandwidth": after.feedback.hertz,
+    }

@@ -1,10 +1,9 @@
 """The exciting motion of a scenario: a Fourier series within limits, found by information, the best in simulation.
 
 The parametrisation is that of J. Swevers, C. Ganseman, D. Tuekel, J. De Schutter, H. Van Brussel, "Optimal robot
-excitation and identification" (IEEE Transactions on Robotics and Automation 13, 1997): finite Fourier series, so that
-the motion is smooth, periodic and known exactly. Their criterion, the determinant of the information matrix, is the
-sum of all (logarithmic) intervals and may give up one parameter for others. Here the largest interval is made as small
-as possible, each over the one that a minute of multisine gives; so none is given up.
+excitation and identification" (IEEE Transactions on Robotics and Automation 13, 1997): finite Fourier series. Their
+criterion, the determinant of the information matrix, may give up one parameter for others. Here the largest interval is
+made as small as possible, each over the one that a minute of multisine gives.
 
 Information is that of a motion which is followed exactly and of noise that is white. What a trial of the motion gives
 differs, most for the lag; so the search is repeated with each interval measured by what the last trial gave.
@@ -40,38 +39,17 @@ from adaptive_ff.studies.motion import (
 from adaptive_ff.studies.study import Found, run_study
 from adaptive_ff.workers import part_of_progress
 
-Trial = Callable[[Excitation], dict[str, float]]
-"""Returns the intervals that a motion gives by parameter, each over what it is measured by."""
-
-FASTER = 4.0
-"""Default limit of the velocity over the default peak of a multisine; less where the torque limit asks for it."""
-
-FASTEST, BANDWIDTH_FRACTION = 4.0, 0.4
-"""Largest frequency of the series, Hz, and its largest fraction of the bandwidth of the loop."""
-
-SLOWER = (1.0, 0.5, 0.25)
-"""Fractions of that frequency that are tried: what the loop follows badly carries less information."""
-
-POLE_FRACTION, HOLD_TIMES = 0.5, 3.0
-"""Pole of the filters of identification over the crossover, and its hold in their time constants."""
-
-TRIAL_SEEDS = tuple(range(101, 107))
-"""Seeds of noise of a trial; nothing is reported on them."""
-
-YARDSTICK, GRID = 60.0, 0.02
-"""Length of the multisine that intervals are measured by, and step of the grid for its information, s."""
-
-STARTS, ROUNDS, SEED = 6, 8, 0
-"""Starts of the search, trials of each, and the seed of both."""
-
-BELIEF, LARGEST_RATIO = 0.6, 4.5
-"""Fraction of the (logarithmic) ratio of trial and information that the next round takes over, and its largest size."""
-
-POLISHING, FIRST_STEP = 150, 0.1
-"""Trials of random steps from the best motion, and the length of the first over that of the direction."""
-
-LEAST_HARMONICS, MOST_HARMONICS = 3, 60
-"""Least and most harmonics of a series."""
+Trial = Callable[[Excitation], dict[str, float]]  # the intervals of a motion over what each is measured by
+FASTER = 4.0  # default limit of the velocity over the default peak of a multisine; the torque limit may ask for less
+FASTEST, BANDWIDTH_FRACTION = 4.0, 0.4  # largest frequency of the series, Hz, and over the bandwidth of the loop
+SLOWER = (1.0, 0.5, 0.25)  # fractions of it that are tried: what the loop follows badly carries less information
+POLE_FRACTION, HOLD_TIMES = 0.5, 3.0  # pole of identification's filters over the crossover, its hold in their times
+TRIAL_SEEDS = tuple(range(101, 107))  # seeds of noise of a trial; nothing is reported on them
+YARDSTICK, GRID = 60.0, 0.02  # length of the multisine to measure by, and step of the grid for its information, s
+STARTS, ROUNDS, SEED = 6, 8, 0  # starts of the search, trials of each, and the seed of both
+BELIEF, LARGEST_RATIO = 0.6, 4.5  # power of the ratio of trial and information for the next round, and its largest size
+POLISHING, FIRST_STEP = 150, 0.1  # random steps from the best motion, and length of the first over the direction
+LEAST_HARMONICS, MOST_HARMONICS = 3, 60  # least and most harmonics of a series
 
 
 def assumed_joint(scenario: Scenario) -> AssumedJoint:
@@ -79,14 +57,13 @@ def assumed_joint(scenario: Scenario) -> AssumedJoint:
     fixed, joint = scenario.fixed, scenario.joint
     known = fixed if fixed.coulomb > 0.0 else joint
     stiction = known.stiction if known.stiction is not None else known.coulomb
-    proportional = scenario.feedback.gains[0]
     return AssumedJoint(
         scenario.feedback.inertia,
         known.coulomb,
         max(stiction, joint.stiction / joint.coulomb * known.coulomb if joint.coulomb > 0.0 else 0.0),
         known.viscous,
         scenario.adaptation.stribeck_velocity,
-        HOLD_TIMES * scenario.feedback.inertia / (POLE_FRACTION * proportional),
+        HOLD_TIMES * scenario.feedback.inertia / (POLE_FRACTION * scenario.feedback.gains[0]),
         scenario.adaptation.stribeck_shape,
     )
 
@@ -94,15 +71,13 @@ def assumed_joint(scenario: Scenario) -> AssumedJoint:
 def default_limits(scenario: Scenario, **given: float | None) -> MotionLimits:
     """Return the limits of a motion: those that are given, and what suits the scenario for the others.
 
-    By default the torque is 0.7 of the drive's limit, and the velocity four times the default peak of a multisine, 28
-    Stribeck velocities.
+    By default the torque is 0.7 of the drive's limit, the velocity four times the default peak of a multisine.
     """
     joint, limit = assumed_joint(scenario), scenario.actuator.torque_limit
-    torque = given.get("torque")
+    velocity, torque = given.get("velocity"), given.get("torque")
     if torque is None and limit is not None:
         torque = USED_FRACTION * limit
     _check_torque(joint, torque)
-    velocity = given.get("velocity")
     if velocity is None:
         velocity = FASTER * PEAK_FACTOR * joint.stribeck_velocity
         if torque is not None and joint.viscous > 0.0:
@@ -120,14 +95,14 @@ def _check_torque(joint: AssumedJoint, torque: float | None) -> None:
 def interval_widths(scenario: Scenario, seeds: Sequence[int]) -> dict[str, float]:
     """Return the widths of the 95 % intervals that the reference of a scenario gives, by name, the median over seeds.
 
-    The PI loop follows the reference; the torque form is identified from measured velocity and torque of the drive,
-    with the assumed Stribeck velocity. A width is infinite where nothing can be identified.
+    The torque form is identified from measured velocity and torque of the PI loop, with the assumed Stribeck velocity.
+    A width is infinite where nothing can be identified.
     """
-    found = [_widths(scenario.modified(seed=seed)) for seed in seeds]
-    return {name: float(np.median([one[name] for one in found])) for name in NAMES}
+    found = np.array([_widths(scenario.modified(seed=seed)) for seed in seeds])
+    return dict(zip(NAMES, np.median(found, axis=0).tolist(), strict=True))
 
 
-def _widths(scenario: Scenario) -> dict[str, float]:
+def _widths(scenario: Scenario) -> list[float]:
     assumed, run = scenario.adaptation, simulate(scenario, "pi")
     pole = POLE_FRACTION * scenario.feedback.gains[0] / scenario.feedback.inertia
     try:
@@ -142,8 +117,8 @@ def _widths(scenario: Scenario) -> dict[str, float]:
             hold=HOLD_TIMES / pole,
         )
     except ValueError:
-        return dict.fromkeys(NAMES, math.inf)
-    return {name: found.physical[name].upper - found.physical[name].lower for name in NAMES}
+        return [math.inf] * len(NAMES)
+    return [found.physical[name].upper - found.physical[name].lower for name in NAMES]
 
 
 def with_motion(scenario: Scenario, reference: dict[str, Any], duration: float) -> Scenario:
@@ -176,26 +151,18 @@ def exciting_motion(
     loop = loop_of(scenario, "pi")
     joint, measured_by = assumed_joint(loop), yardstick(loop)
     if fastest is None:
-        bandwidth = loop.feedback.gains[0] / (2.0 * math.pi * loop.feedback.inertia)
-        fastest = min(FASTEST, BANDWIDTH_FRACTION * bandwidth)
+        fastest = min(FASTEST, BANDWIDTH_FRACTION * (loop.feedback.gains[0] / (2.0 * math.pi * loop.feedback.inertia)))
     every = max(1, round(GRID / loop.joint.solver_period))
     plans = np.stack([measured_by.modified(seed=one).reference_velocity()[::every] for one in TUNING_SEEDS])
     measure: Array = interval_sizes(np.mean(information(joint, plans, every * loop.joint.solver_period), axis=0))
     trial = partial(_trial, loop, interval_widths(measured_by, TRIAL_SEEDS), period)
     fractions = [fraction for fraction in SLOWER if fraction == 1.0 or fraction * fastest * period >= LEAST_HARMONICS]
-    parts = len(fractions) + 1
-    found = find_excitations(
-        joint,
-        limits,
-        measure,
-        period=period,
-        fastest=[fraction * fastest for fraction in fractions],
-        trial=trial,
-        workers=workers,
-        progress=part_of_progress(progress, 0, parts, len(fractions)),
-    )
+    tried, parts = [fraction * fastest for fraction in fractions], len(fractions) + 1
+    searching = part_of_progress(progress, 0, parts, len(fractions))
+    options: dict[str, Any] = {"period": period, "fastest": tried, "workers": workers, "progress": searching}
+    found = find_excitations(joint, limits, measure, trial=trial, **options)
     best = min(found, key=lambda motion: motion.widest)
-    return polished(joint, limits, best, trial, progress=part_of_progress(progress, parts - 1, parts))
+    return polished(joint, best, trial, progress=part_of_progress(progress, parts - 1, parts))
 
 
 def _trial(loop: Scenario, base: dict[str, float], period: float, motion: Excitation) -> dict[str, float]:
@@ -226,13 +193,9 @@ def find_excitations(
     ``measure``, shape (5,).
     """
     searches = [MotionSearch(joint, limits, period, _check(joint, limits, period, hertz)) for hertz in fastest]
-    found = run_study(
-        partial(_from_start, measure, rounds if trial is not None else 1, trial),
-        {f"{search.harmonics}, {turn}": (search, turn) for search in searches for turn in range(starts)},
-        ["motion"],
-        workers=workers,
-        progress=progress,
-    )
+    cases = {f"{search.harmonics}, {turn}": (search, turn) for search in searches for turn in range(starts)}
+    function = partial(_from_start, measure, rounds if trial is not None else 1, trial)
+    found = run_study(function, cases, ["motion"], workers=workers, progress=progress)
     return [one["motion"] for one in found.values()]
 
 
@@ -248,8 +211,7 @@ def _from_start(
         direction = search.search(direction, calibrated)
         motion = search.motion(direction, measure)
         if trial is not None:
-            expected = np.array([motion.sizes[name] for name in NAMES])
-            motion = replace(motion, sizes=trial(motion))
+            expected, motion = motion, replace(motion, sizes=trial(motion))
             calibrated = _calibrated(calibrated, measure, expected, motion)
         tried.append(motion)
     return dict.fromkeys(names, min(tried, key=lambda one: one.widest))
@@ -257,19 +219,18 @@ def _from_start(
 
 def polished(
     joint: AssumedJoint,
-    limits: MotionLimits,
     motion: Excitation,
     trial: Trial,
     *,
     trials: int = POLISHING,
     progress: Callable[[float], None] | None = None,
 ) -> Excitation:
-    """Return the best of a motion and of random steps from it, each from the best one so far, by trials alone.
+    """Return the best of a motion and of random steps from the best one so far, by trials alone.
 
-    Steps become longer by half after one that is better and shorter by a tenth after one that is not, which balances
-    where one in five is better (the one fifth rule of I. Rechenberg, 1973).
+    Steps become longer by half after one that is better, else shorter by a tenth, which balances where one in five is
+    better (the one fifth rule of I. Rechenberg, 1973).
     """
-    search = MotionSearch(joint, limits, motion.reference.period, len(motion.reference.sines))
+    search = MotionSearch(joint, motion.limits, motion.reference.period, len(motion.reference.sines))
     generator = np.random.default_rng([SEED, trials])
     best, direction, length = motion, search.direction(motion), FIRST_STEP
     for i in range(trials):
@@ -285,9 +246,10 @@ def polished(
     return best
 
 
-def _calibrated(calibrated: Array, measure: Array, expected: Array, tried: Excitation) -> Array:
+def _calibrated(calibrated: Array, measure: Array, expected: Excitation, tried: Excitation) -> Array:
     """Return by what the intervals of the next search are measured, from what they were and what the trial gave."""
-    ratio = np.array([tried.sizes[name] for name in NAMES]) / (expected * measure / calibrated)
+    before, now = (np.array([motion.sizes[name] for name in NAMES]) for motion in (expected, tried))
+    ratio = now / (before * measure / calibrated)
     ratio = np.nan_to_num(ratio, nan=1.0, posinf=np.inf)  # unknown where the multisine does not determine it, either
     believed = np.clip(ratio, 1.0 / LARGEST_RATIO, LARGEST_RATIO) ** BELIEF
     return np.asarray(calibrated / believed)
@@ -295,8 +257,7 @@ def _calibrated(calibrated: Array, measure: Array, expected: Array, tried: Excit
 
 def _check(joint: AssumedJoint, limits: MotionLimits, period: float, fastest: float) -> int:
     """Return the number of harmonics, or refuse."""
-    given = {**vars(limits), "period": period, "fastest": fastest}
-    for name, value in given.items():
+    for name, value in {**vars(limits), "period": period, "fastest": fastest}.items():
         if value is not None and not (math.isfinite(value) and value > 0.0):
             raise InputError(f"{name} = {value} is not allowed: it must be positive and finite")
     _check_torque(joint, limits.torque)

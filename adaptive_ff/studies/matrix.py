@@ -2,20 +2,17 @@
 
 from collections.abc import Callable, Mapping
 from concurrent.futures import Executor
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from adaptive_ff.comparison.comparison import BASELINE
-from adaptive_ff.comparison.own import Own, can_be_sent, check_own_names, own_mark
-from adaptive_ff.comparison.reference_lines import NOISE_FLOOR, run_by_name
+from adaptive_ff.comparison.comparison import BASELINE, KNOW_THE_TRUTH
+from adaptive_ff.comparison.own import Own, check_own_names, own_marks, workers_for
 from adaptive_ff.comparison.registry import CONTROLLERS
-from adaptive_ff.comparison.run import Run
-from adaptive_ff.comparison.verdict import KNOW_THE_TRUTH
+from adaptive_ff.comparison.run import NOISE_FLOOR, Run, run_by_name
 from adaptive_ff.scenario.library import SCENARIOS
 from adaptive_ff.scenario.loop import TREMBLING
 from adaptive_ff.scenario.scenario import Scenario, load_scenario
@@ -26,16 +23,11 @@ from adaptive_ff.studies.study import Store, code_digest, digest_of, run_study
 from adaptive_ff.studies.tracking import run_errors
 from controllers import fastest_bandwidth
 
-RECOVERY = 10.0
-"""Time that a controller is given after a change of friction, s."""
+RECOVERY = 10.0  # time that a controller is given after a change of friction, s
 
 OURS = "adaptive"
-
-ALIKE = 1.02
-"""A median ratio nearer to one than this factor counts as equal."""
-
-Figures = dict[str, float | None]
-"""Figures of merit by name; None where a scenario has no such thing."""
+ALIKE = 1.02  # a median ratio nearer to one than this factor counts as equal
+Figures = dict[str, float | None]  # figures of merit by name; None where a scenario has no such thing
 
 
 class Job(NamedTuple):
@@ -61,10 +53,9 @@ def cell_scenario(name: str, seed: int, fastest: bool) -> Scenario:
 
 
 def with_fastest_loop(scenario: Scenario) -> Scenario:
-    """Return the scenario with the fastest PI loop that margin and noise allow.
+    """Return the scenario with the fastest PI loop of a maximum sensitivity of at most 1.7.
 
-    The maximum sensitivity is at most 1.7, and the torque that measurement noise causes through the proportional gain
-    at most 10 % of the torque limit (rms).
+    Measurement noise causes at most 10 % of the torque limit (rms) through its proportional gain.
     """
     delay = int(np.ceil(scenario.delay - 1e-6))
     bandwidth = fastest_bandwidth(scenario.sampling.period, delay, velocity=scenario.velocity_estimator)
@@ -90,18 +81,16 @@ def run_matrix(
     """
     own = own or {}
     check_own_names(own, {**CONTROLLERS, NOISE_FLOOR: None})
-    marks = {name: own_mark(one) for name, one in own.items()}
     digests = {name: digest_of(SCENARIOS.glob(f"{name}.*")) for name in {job.scenario for job in jobs}}
     keys = {job: f"{job.key}, {digests[job.scenario]}" for job in jobs}
     found = run_study(
         partial(run_job, own),
         {key: job for job, key in keys.items()},
         [*controllers, *own],
-        store=Store(folder / "runs.jsonl", code_digest(), marks),
+        store=Store(folder / "runs.jsonl", code_digest(), own_marks(own)),
         executor=executor,
-        workers=None if can_be_sent(own) else 1,
-        threads=not own,
         progress=progress,
+        **workers_for(own),
     )
     return {job: {name: found[keys[job]][name] for name in (*controllers, *own)} for job in jobs}
 
@@ -120,14 +109,11 @@ def run_job(own: Mapping[str, Own], job: Job, controllers: list[str]) -> dict[st
     for controller in controllers:
         try:
             run = pi if controller == BASELINE else run_by_name(scenario, controller, setup, own)
-        except ArithmeticError:
-            found[controller] = {}
-        except ValueError:
-            if controller in own:
+            found[controller] = {**asdict(run.metrics), **further_figures(run, base)}
+        except (ArithmeticError, ValueError) as error:
+            if controller in own and isinstance(error, ValueError):
                 raise
             found[controller] = {}
-        else:
-            found[controller] = {**asdict(run.metrics), **further_figures(run, base)}
     return found
 
 
@@ -145,26 +131,14 @@ def further_figures(run: Run, base: TrackingErrors) -> Figures:
     }
 
 
-@dataclass(frozen=True)
-class Cell:
-    """A controller on a scenario."""
+class Cell(NamedTuple):
+    """A controller on a scenario, medians over the seeds."""
 
-    error: NDArray[np.float64]  # shape (seeds,); settled rms error, rad/s
-    gain: NDArray[np.float64]  # shape (seeds,); that of PI over its own, seed by seed
-
-    @property
-    def median(self) -> float:
-        """Median error, rad/s."""
-        return float(np.median(self.error))
-
-    @property
-    def median_gain(self) -> float:
-        """Median improvement over PI."""
-        return float(np.median(self.gain))
+    error: float  # settled rms error, rad/s
+    gain: float  # that of PI over its own, seed by seed
 
 
-Cells = dict[str, dict[str, Cell]]
-"""Cells by scenario and controller; a controller that failed on a seed has none."""
+Cells = dict[str, dict[str, Cell]]  # by scenario and controller; one that failed on a seed has none
 
 
 def collect(results: Results, figure: str = "rms_error_settled") -> Cells:
@@ -175,17 +149,16 @@ def collect(results: Results, figure: str = "rms_error_settled") -> Cells:
         base = np.array([found[BASELINE][figure] for found in runs], dtype=float)
         cells[scenario] = {}
         for name in runs[0]:
-            values = [found[name].get(figure) for found in runs]
-            if any(value is None for value in values):
-                continue
-            errors = np.array(values, dtype=float)
-            cells[scenario][name] = Cell(errors, base / np.maximum(errors, np.finfo(float).tiny))
+            errors = np.array([found[name].get(figure, np.nan) for found in runs], dtype=float)
+            gains = base / np.maximum(errors, np.finfo(float).tiny)
+            if not np.isnan(errors).any():
+                cells[scenario][name] = Cell(float(np.median(errors)), float(np.median(gains)))
     return cells
 
 
 def mean_gain(cells: Cells, name: str) -> float:
     """Return the geometric mean over scenarios of the improvement over PI; not a number where it failed on one."""
-    gains = [row[name].median_gain if name in row else np.nan for row in cells.values()]
+    gains = [row[name].gain if name in row else np.nan for row in cells.values()]
     return float(np.exp(np.mean(np.log(gains))))
 
 
@@ -194,7 +167,7 @@ def verdict(cells: Cells) -> dict[str, Any]:
     names = dict.fromkeys(name for row in cells.values() for name in row if name not in KNOW_THE_TRUTH)
     means = {name: mean_gain(cells, name) for name in names}
     best = max(means, key=lambda name: np.nan_to_num(means[name]))
-    gains = {scenario: row[best].median_gain for scenario, row in cells.items() if best in row}
+    gains = {scenario: row[best].gain for scenario, row in cells.items() if best in row}
     worst = min(gains, key=lambda scenario: gains[scenario])
     return {
         "best": best,

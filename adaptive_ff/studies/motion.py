@@ -26,44 +26,22 @@ from adaptive_ff.scenario.waves import Fourier
 
 Array = NDArray[np.float64]
 
-NAMES = ("inertia", "coulomb", "stiction", "viscous", "friction_lag")
-"""Parameters whose intervals are given."""
-
-GATE_FRACTION = 0.4
-"""Speed of the gate of the identification over the Stribeck velocity."""
-
-GATE_WIDTH = 0.1
-"""Width of its smooth edge, in Stribeck velocities."""
-
-SIGN_FRACTION = 0.1
-"""Speed over the Stribeck velocity at which a smooth sign turns."""
-
-SMALLEST = 1e-12
-"""Added to the scaled information, so that a parameter without information has a finite, huge interval."""
-
-GRID_PER_CYCLE = 25
-"""Points of the grid of times in the shortest cycle of the series."""
-
-FINE_PER_CYCLE = 200
-"""The same on which the limits are kept in the end."""
-
-SHARPNESS = 40.0
-"""Exponent of the norm that stands for the largest value while searching: smooth, and at most some 15 % more."""
-
-EVENNESS = 12.0
-"""The same for the largest interval."""
-
-STEP = 1e-6
-"""Step of difference quotients, over the size of the coefficients."""
-
-ITERATIONS = 60
-"""Iterations of one search."""
+NAMES = ("inertia", "coulomb", "stiction", "viscous", "friction_lag")  # parameters whose intervals are given
+GATE_FRACTION = 0.4  # speed of the gate of the identification over the Stribeck velocity
+GATE_WIDTH = 0.1  # width of its smooth edge, in Stribeck velocities
+SIGN_FRACTION = 0.1  # speed over the Stribeck velocity at which a smooth sign turns
+SMALLEST = 1e-12  # added to the scaled information: the interval of a parameter without any is huge, but finite
+GRID_PER_CYCLE = 25  # points of the grid of times in the shortest cycle of the series
+FINE_PER_CYCLE = 200  # the same on which the limits are kept in the end
+SHARPNESS = 40.0  # exponent of the norm that stands for the largest value: smooth, and at most some 15 % more
+EVENNESS = 12.0  # the same for the largest interval
+STEP = 1e-6  # step of difference quotients, over the size of the coefficients
+ITERATIONS = 60  # iterations of one search
 
 PLATEAUS = ((0.45, 0.7, 0.32), (0.9, 1.4, 0.21), (3.0, 6.0, 0.43))
 """Speeds over the Stribeck velocity, from and to, and fractions of the time, of the plateaus of a start.
 
-Were every sample free of the others, the most informative measure over speeds would have its weight there and, for some
-5 % of the time, at the limit.
+The most informative measure over free speeds has its weight there and, for some 5 % of the time, at the limit.
 """
 
 
@@ -105,8 +83,7 @@ def information(joint: AssumedJoint, velocity: Array, step: float) -> Array:
         axis=-1,
     )
     weighted = rows * _passing(joint, velocity, step)[..., None]
-    found: Array = np.swapaxes(weighted, -1, -2) @ rows * step
-    return found
+    return np.asarray(np.swapaxes(weighted, -1, -2) @ rows * step)
 
 
 def interval_sizes(found: Array) -> Array:
@@ -118,8 +95,7 @@ def interval_sizes(found: Array) -> Array:
         raise InputError(
             "the motion is too small to show anything of the joint; allow a larger position, velocity or acceleration"
         ) from error
-    sizes: Array = np.sqrt(np.diagonal(inverse, axis1=-2, axis2=-1))
-    return sizes
+    return np.asarray(np.sqrt(np.diagonal(inverse, axis1=-2, axis2=-1)))
 
 
 def _passing(joint: AssumedJoint, velocity: Array, step: float) -> Array:
@@ -132,8 +108,7 @@ def _passing(joint: AssumedJoint, velocity: Array, step: float) -> Array:
         before = np.roll(velocity, back, axis=-1)
         one_way = 0.5 + 0.5 * np.tanh(velocity * before / (0.5 * SIGN_FRACTION * bend**2))
         passing = passing * np.roll(fast, back, axis=-1) * one_way
-    found: Array = passing
-    return found
+    return np.asarray(passing)
 
 
 @dataclass(frozen=True)
@@ -158,6 +133,11 @@ class Excitation:
     sizes: dict[str, float]
 
     @property
+    def coefficients(self) -> Array:
+        """Coefficients of the series, cosines first."""
+        return np.array([*self.reference.cosines, *self.reference.sines])
+
+    @property
     def widest(self) -> float:
         """The largest of ``sizes``; infinite where one is unknown."""
         return max(math.inf if math.isnan(size) else size for size in self.sizes.values())
@@ -175,25 +155,19 @@ class Excitation:
     def columns(self, step: float) -> dict[str, Array]:
         """Return time, position, velocity and acceleration of one period on a grid of a step (s)."""
         time = np.arange(math.floor(self.reference.period / step + 1e-9) + 1, dtype=np.float64) * step
-        series = Series(self.reference.period, len(self.reference.sines), time)
-        coefficients = np.array([*self.reference.cosines, *self.reference.sines])
-        return {
-            "time": time,
-            **{name: series[name] @ coefficients for name in ("position", "velocity", "acceleration")},
-        }
+        rows = fourier_rows(self.reference.period, len(self.reference.sines), time)
+        return {"time": time, **{name: row @ self.coefficients for name, row in rows.items()}}
 
 
-class Series(dict[str, Array]):
-    """Matrices that give position, velocity and acceleration of a series on a grid from its coefficients."""
-
-    def __init__(self, period: float, harmonics: int, time: Array) -> None:
-        turns = 2.0 * math.pi / period * np.arange(1, harmonics + 1)
-        cosine, sine = np.cos(np.outer(time, turns)), np.sin(np.outer(time, turns))
-        super().__init__(
-            position=np.hstack([sine / turns, (1.0 - cosine) / turns]),
-            velocity=np.hstack([cosine, sine]),
-            acceleration=np.hstack([-sine * turns, cosine * turns]),
-        )
+def fourier_rows(period: float, harmonics: int, time: Array) -> dict[str, Array]:
+    """Return matrices that give position, velocity and acceleration of a series at times (s) from its coefficients."""
+    turns = 2.0 * math.pi / period * np.arange(1, harmonics + 1)
+    cosine, sine = np.cos(np.outer(time, turns)), np.sin(np.outer(time, turns))
+    return {
+        "position": np.hstack([sine / turns, (1.0 - cosine) / turns]),
+        "velocity": np.hstack([cosine, sine]),
+        "acceleration": np.hstack([-sine * turns, cosine * turns]),
+    }
 
 
 class MotionSearch:
@@ -203,7 +177,7 @@ class MotionSearch:
         self.joint, self.limits, self.period, self.harmonics = joint, limits, period, harmonics
         count = harmonics * GRID_PER_CYCLE
         self._time: Array = np.arange(count) * period / count
-        series = Series(period, harmonics, self._time)
+        series = fourier_rows(period, harmonics, self._time)
         # at rest at the start, with no acceleration: two equations between the coefficients
         self._free = null_space(np.vstack([series["velocity"][0], series["acceleration"][0]]))
         self._velocity = series["velocity"] @ self._free
@@ -219,9 +193,7 @@ class MotionSearch:
         bend, burst = self.joint.stribeck_velocity, generator.uniform(0.3, 1.0) * self.limits.velocity
         order = generator.permutation(len(PLATEAUS))
         speeds = np.array([generator.uniform(low, high) for low, high, _ in PLATEAUS])[order] * bend
-        fractions = np.array([fraction for _, _, fraction in PLATEAUS])[order] * generator.uniform(
-            0.7, 1.3, len(PLATEAUS)
-        )
+        fractions = np.array(PLATEAUS)[order, 2] * generator.uniform(0.7, 1.3, len(PLATEAUS))
         fractions /= fractions.sum()
         mean, back = float(speeds @ fractions), 2.0 / math.pi * burst  # of half a sine
         forth = self.period * back / (mean + back)
@@ -236,9 +208,7 @@ class MotionSearch:
         reference = np.log(measure)
 
         def cost(directions: Array) -> Array:
-            sizes = self._sizes(directions) - reference
-            value: Array = np.asarray(logsumexp(EVENNESS * sizes, axis=-1) / EVENNESS)
-            return value
+            return np.asarray(logsumexp(EVENNESS * (self._sizes(directions) - reference), axis=-1) / EVENNESS)
 
         def cost_and_slope(direction: Array) -> tuple[float, Array]:
             step = STEP * float(np.linalg.norm(direction))
@@ -250,7 +220,7 @@ class MotionSearch:
 
     def direction(self, motion: Excitation) -> Array:
         """Return the direction of a motion."""
-        return _unit(self._free.T @ np.array([*motion.reference.cosines, *motion.reference.sines]))
+        return _unit(self._free.T @ motion.coefficients)
 
     def sizes(self, direction: Array) -> Array:
         """Return the interval of each parameter by information, shape (5,)."""
@@ -259,13 +229,13 @@ class MotionSearch:
     def motion(self, direction: Array, measure: Array) -> Excitation:
         """Return the motion of a direction, which keeps the limits between the points of the grid as well."""
         limits, joint, harmonics = self.limits, self.joint, self.harmonics
-        fine, free = self._fine, self._free @ direction
-        on_grid = float(np.max(np.abs(self._fine_bounds @ free)))
+        free, (fine, bounds) = self._free @ direction, self._fine
+        on_grid = float(np.max(np.abs(bounds @ free)))
         # between the points a trigonometric polynomial is larger by no more than this (H. Ehlich, K. Zeller, 1964)
         coefficients = free * math.cos(math.pi / FINE_PER_CYCLE) / on_grid
         # decimals that a person reads; rounded towards zero, so that no limit is passed
         coefficients = np.trunc(coefficients * 1e9 / limits.velocity) * limits.velocity / 1e9
-        motion = {name: fine[name] @ coefficients for name in ("position", "velocity", "acceleration")}
+        motion = {name: row @ coefficients for name, row in fine.items()}
         torque = np.abs(joint.inertia * motion["acceleration"] + joint.viscous * motion["velocity"]) + joint.stiction
         largest = {name: float(np.max(np.abs(values))) for name, values in {**motion, "torque": torque}.items()}
         cosines, sines = coefficients[:harmonics].tolist(), coefficients[harmonics:].tolist()
@@ -274,13 +244,10 @@ class MotionSearch:
         return Excitation(reference, limits, largest, dict(zip(NAMES, sizes.tolist(), strict=True)))
 
     @cached_property
-    def _fine(self) -> Series:
+    def _fine(self) -> tuple[dict[str, Array], Array]:
         count = self.harmonics * FINE_PER_CYCLE
-        return Series(self.period, self.harmonics, np.arange(count) * self.period / count)
-
-    @cached_property
-    def _fine_bounds(self) -> Array:
-        return _bounds(self._fine, self.joint, self.limits)
+        rows = fourier_rows(self.period, self.harmonics, np.arange(count) * self.period / count)
+        return rows, _bounds(rows, self.joint, self.limits)
 
     def _sizes(self, directions: Array) -> Array:
         scaled = directions / _smooth_largest(directions @ self._bounds.T)[:, None]
@@ -292,17 +259,12 @@ def _unit(direction: Array) -> Array:
     return np.asarray(direction / np.linalg.norm(direction))
 
 
-def _bounds(series: Series, joint: AssumedJoint, limits: MotionLimits) -> Array:
+def _bounds(series: dict[str, Array], joint: AssumedJoint, limits: MotionLimits) -> Array:
     """Return the matrix that gives what must stay between -1 and 1, shape (rows, coefficients)."""
-    rows = [series["velocity"] / limits.velocity]
-    if limits.position is not None:
-        rows.append(series["position"] / limits.position)
-    if limits.acceleration is not None:
-        rows.append(series["acceleration"] / limits.acceleration)
-    if limits.torque is not None:  # friction takes at most stiction and the viscous torque
-        needed = joint.inertia * series["acceleration"] + joint.viscous * series["velocity"]
-        rows.append(needed / (limits.torque - joint.stiction))
-    return np.vstack(rows)
+    # friction takes at most stiction and the viscous torque
+    needed = joint.inertia * series["acceleration"] + joint.viscous * series["velocity"]
+    most = {**vars(limits), "torque": None if limits.torque is None else limits.torque - joint.stiction}
+    return np.vstack([{**series, "torque": needed}[name] / one for name, one in most.items() if one is not None])
 
 
 def _smooth_largest(values: Array) -> Array:

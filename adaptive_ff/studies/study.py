@@ -2,8 +2,9 @@
 
 import hashlib
 import json
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from concurrent.futures import Executor, as_completed
+from contextlib import suppress
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -11,11 +12,8 @@ from typing import Any
 from adaptive_ff.errors import InputError
 from adaptive_ff.workers import pool_of_workers
 
-Found = dict[str, Any]
-"""Result of a case by controller, as JSON holds it."""
-
-Function = Callable[[Any, list[str]], Found]
-"""Runs some controllers on a case; what it returns under further names belongs to the case as a whole."""
+Found = dict[str, Any]  # result of a case by controller, as JSON holds it
+Function = Callable[[Any, list[str]], Found]  # results under further names belong to the case as a whole
 
 
 def run_study(
@@ -39,41 +37,31 @@ def run_study(
     missing = {key: [name for name in controllers if name not in found] for key, found in results.items()}
     missing = {key: names for key, names in missing.items() if names}
     done = len(cases) - len(missing)
-    for key, found in _run(function, cases, missing, executor, workers, threads):
+
+    def add(key: str, found: Found) -> None:
+        nonlocal done
         results[key] |= found
         if store is not None:
             store.add(key, found)
         done += 1
         if progress is not None:
             progress(done / len(cases))
-    return results
 
-
-def _run(
-    function: Function,
-    cases: Mapping[str, Any],
-    missing: dict[str, list[str]],
-    executor: Executor | None,
-    workers: int | None,
-    threads: bool,
-) -> Iterator[tuple[str, Found]]:
-    """Yield what each case gives; the first runs here, so that workers find the controllers compiled."""
-    if not missing:
-        return
-    (first, names), *others = missing.items()
-    yield first, function(cases[first], names)
-    if executor is None and workers == 1:
-        for key, names in others:
-            yield key, function(cases[key], names)
-        return
+    alone = 1 if executor is not None or workers != 1 else len(missing)  # the first, so that others find it compiled
+    for key in list(missing)[:alone]:
+        add(key, function(cases[key], missing[key]))
+    others = list(missing)[alone:]
+    if not others:
+        return results
     pool = pool_of_workers(workers, threads=threads) if executor is None else executor
     try:
-        futures = {pool.submit(function, cases[key], names): key for key, names in others}
+        futures = {pool.submit(function, cases[key], missing[key]): key for key in others}
         for future in as_completed(futures):
-            yield futures[future], future.result()
+            add(futures[future], future.result())
     finally:
         if executor is None:
             pool.shutdown(cancel_futures=True)
+    return results
 
 
 def digest_of(files: Iterable[Path]) -> str:
@@ -102,13 +90,14 @@ class Store:
     def __init__(self, file: Path, mark: str, marks: Mapping[str, str | None] | None = None) -> None:
         self._file, self._mark, self._marks = file, mark, dict(marks or {})
         self._kept: dict[str, Found] = {}
-        for line in self._lines():
-            try:
+        lines: list[str] = []
+        with suppress(OSError, UnicodeDecodeError):
+            lines = file.read_text(encoding="utf-8").splitlines()
+        for line in lines:
+            with suppress(ValueError, TypeError):
                 key, name, mark, found = json.loads(line)
-            except (ValueError, TypeError):
-                continue
-            if mark == self._mark_of(name):
-                self._kept.setdefault(key, {})[name] = found
+                if mark == self._mark_of(name):
+                    self._kept.setdefault(key, {})[name] = found
 
     def read(self, key: str, controllers: Collection[str]) -> Found:
         """Return what is kept of a case: results of the controllers, and what belongs to the case as a whole."""
@@ -129,9 +118,3 @@ class Store:
     def _mark_of(self, name: str) -> str | None:
         own = self._marks.get(name, "")
         return None if own is None else f"{self._mark}{own}"
-
-    def _lines(self) -> list[str]:
-        try:
-            return self._file.read_text(encoding="utf-8").splitlines()
-        except (OSError, UnicodeDecodeError):
-            return []

@@ -14,10 +14,10 @@ from typing import Any
 
 import numpy as np
 
-from adaptive_ff.comparison.own import Own, can_be_sent, check_own_names, own_mark
-from adaptive_ff.comparison.reference_lines import run_by_name
+from adaptive_ff.comparison.own import Own, check_own_names, own_marks, workers_for
 from adaptive_ff.comparison.registry import CONTROLLERS as REGISTERED
 from adaptive_ff.comparison.registry import loop_of
+from adaptive_ff.comparison.run import run_by_name
 from adaptive_ff.errors import InputError
 from adaptive_ff.scenario.scenario import Scenario, check_scenario
 from adaptive_ff.scenario.series import largest_size
@@ -39,11 +39,8 @@ CLASSES = {
 }
 """Classes of joints by how steeply friction falls, over the proportional gain: each from its number on."""
 
-HUNTING = 1.0
-"""Fall of the friction over the proportional gain from which PI itself hunts at low speed."""
-
-FINEST = 64
-"""Largest number of parts that the scenario's solver period is cut into for a drawn joint."""
+HUNTING = 1.0  # fall of the friction over the proportional gain from which PI itself hunts at low speed
+FINEST = 64  # largest number of parts that the scenario's solver period is cut into for a drawn joint
 
 
 def draw_scenario(scenario: Scenario, seed: int, draw: int) -> Scenario:
@@ -54,7 +51,7 @@ def draw_scenario(scenario: Scenario, seed: int, draw: int) -> Scenario:
     encoder keeps its resolution, and gets no noise of the velocity beside it.
     """
     generator = np.random.default_rng([seed, draw])
-    ranges, joint = scenario.sweep, scenario.joint
+    ranges, joint, feedback = scenario.sweep, scenario.joint, scenario.feedback
 
     def even(bounds: list[float]) -> float:
         return float(generator.uniform(bounds[0], bounds[1]))
@@ -65,10 +62,9 @@ def draw_scenario(scenario: Scenario, seed: int, draw: int) -> Scenario:
     inertia = joint.inertia * logarithmic(ranges.inertia)
     coulomb, viscous = logarithmic(ranges.coulomb), logarithmic(ranges.viscous)
     stiction, lag = even(ranges.stiction), even(ranges.friction_lag)
-    table = {"inertia": inertia}
-    curves = {"": joint.friction, "_backward": joint.friction_backward}
-    if curves["_backward"] == curves[""]:
-        del curves["_backward"]
+    table, curves = {"inertia": inertia}, {"": joint.friction}
+    if joint.friction_backward != joint.friction:
+        curves["_backward"] = joint.friction_backward
     for ending, curve in curves.items():
         table[f"coulomb{ending}"] = curve.coulomb * coulomb
         table[f"viscous{ending}"] = curve.viscous * viscous
@@ -78,29 +74,21 @@ def draw_scenario(scenario: Scenario, seed: int, draw: int) -> Scenario:
     noise = even(ranges.velocity_noise)
     assumed_velocity = joint.stribeck_velocity * logarithmic(ranges.assumed_stribeck_velocity)
     assumed_inertia = inertia * logarithmic(ranges.assumed_inertia)
-    if scenario.feedback.bandwidth is None:
-        fraction = assumed_inertia / scenario.feedback.inertia
-        proportional, integral = (fraction * gain for gain in scenario.feedback.gains)
-        feedback = {"inertia": assumed_inertia, "proportional": proportional, "integral": integral}
-    else:
-        feedback = {"inertia": assumed_inertia, "bandwidth": scenario.feedback.hertz}
+    loop = {"inertia": assumed_inertia, "bandwidth": feedback.hertz}
+    if feedback.bandwidth is None:
+        gains = (assumed_inertia / feedback.inertia * gain for gain in feedback.gains)
+        loop = {"inertia": assumed_inertia, **dict(zip(("proportional", "integral"), gains, strict=True))}
     own_seed, limit = int(generator.integers(2**31)), scenario.actuator.torque_limit
-    drawn = drawn_joint(scenario, table)
-    table["solver_period"] = scenario.joint.solver_period if drawn is None else drawn.solver_period
-    drive = {}
+    drawn, changed = drawn_joint(scenario, table), {}
+    table["solver_period"] = joint.solver_period if drawn is None else drawn.solver_period
+    if scenario.sensor.encoder_resolution is None:
+        changed["sensor"] = {"velocity_noise": noise}
     if drawn is not None and limit is not None:  # a copy without checks: of it only the needed torque is asked for
         alike = scenario.model_copy(update={"seed": own_seed, "joint": drawn})
-        drive = {"actuator": {"torque_limit": limit * needed_torque(alike) / needed_torque(scenario)}}
-    sensor = {} if scenario.sensor.encoder_resolution is not None else {"sensor": {"velocity_noise": noise}}
-    return scenario.modified(
-        seed=own_seed,
-        controllers=list(CONTROLLERS),
-        joint=table,
-        **sensor,
-        feedback=feedback,
-        adaptation={"stribeck_velocity": assumed_velocity},
-        **drive,
-    )
+        changed["actuator"] = {"torque_limit": limit * needed_torque(alike) / needed_torque(scenario)}
+    assumed = {"stribeck_velocity": assumed_velocity}
+    given = {"seed": own_seed, "controllers": list(CONTROLLERS), "joint": table, "feedback": loop}
+    return scenario.modified(**given, adaptation=assumed, **changed)
 
 
 def drawn_joint(scenario: Scenario, table: dict[str, float]) -> AnyJoint | None:
@@ -151,8 +139,7 @@ class Outcome:
 
     def ratio(self, figure: str, controller: str, to: str) -> float:
         """Return a figure of merit of one controller over that of another."""
-        top: float = getattr(self.metrics[controller], figure)
-        bottom: float = getattr(self.metrics[to], figure)
+        top, bottom = (float(getattr(self.metrics[name], figure)) for name in (controller, to))
         return top / bottom
 
 
@@ -198,35 +185,28 @@ def sweep(
     store = None
     if folder is not None:
         mark = f"{code_digest()} {scenario.model_dump_json()}"
-        marks = {name: own_mark(one) for name, one in own.items()}
-        store = Store(folder / f"sweep-{seed}.jsonl", hashlib.sha256(mark.encode()).hexdigest(), marks)
+        store = Store(folder / f"sweep-{seed}.jsonl", hashlib.sha256(mark.encode()).hexdigest(), own_marks(own))
     found = run_study(
         partial(run_draw, scenario, seed, own),
         {str(draw): draw for draw in range(runs)},
         list(dict.fromkeys([*CONTROLLERS, *further, *own])),
         store=store,
         executor=executor,
-        workers=None if can_be_sent(own) else 1,
-        threads=not own,
         progress=progress,
+        **workers_for(own),
     )
-    return [_outcome(draw, found[str(draw)]) for draw in range(runs)]
-
-
-def _outcome(draw: int, found: Found) -> Outcome:
-    about = found[""]
-    metrics = {name: Metrics(**figures) for name, figures in found.items() if name and figures is not None}
-    return Outcome(draw, metrics, about.get("refused", ""), about.get("fall", math.nan))
+    metrics = {
+        key: {name: Metrics(**figures) for name, figures in one.items() if name and figures is not None}
+        for key, one in found.items()
+    }
+    return [Outcome(draw, metrics[str(draw)], **found[str(draw)][""]) for draw in range(runs)]
 
 
 def refusals(outcomes: Sequence[Outcome]) -> dict[str, int]:
     """Return how often joints were refused, by reason; numbers in it are those of the first."""
-    kinds: dict[str, str] = {}
-    count: Counter[str] = Counter()
-    for outcome in outcomes:
-        if outcome.refused:
-            kind = re.sub(r"[-+.\de]*\d[-+.\de]*", "#", outcome.refused)
-            count[kinds.setdefault(kind, outcome.refused)] += 1
+    first: dict[str, str] = {}
+    kinds = {one.draw: re.sub(r"[-+.\de]*\d[-+.\de]*", "#", one.refused) for one in outcomes if one.refused}
+    count = Counter(first.setdefault(kinds[one.draw], one.refused) for one in outcomes if one.refused)
     return dict(count.most_common())
 
 
@@ -239,18 +219,16 @@ QUANTITIES = {
 }
 """What a sweep reports of each joint: a figure of one controller over that of another."""
 
-WORST = 3
-"""Worst cases that it lists."""
-
+WORST = 3  # worst cases that it lists
 QUANTILES = (0.0, 0.005, 0.05, 0.5, 0.95, 0.995, 1.0)
 
 
 def quantities(outcome: Outcome, controller: str = "adaptive", names: Iterable[str] = QUANTITIES) -> dict[str, float]:
     """Return what a sweep reports of one joint, of a controller in the place of ``adaptive``."""
-    chosen = {name: QUANTITIES[name] for name in names}
     return {
         name: outcome.ratio(figure, *(controller if one == "adaptive" else one for one in pair))
-        for name, (figure, *pair) in chosen.items()
+        for name, (figure, *pair) in QUANTITIES.items()
+        if name in names
     }
 
 
@@ -265,38 +243,34 @@ def _classes(run: list[Outcome], values: dict[int, dict[str, float]]) -> dict[st
     found = {}
     for name in CLASSES:
         chosen = [values[outcome.draw] for outcome in run if class_of(outcome.fall) == name]
+        settled, start, whole = ([one[key] for one in chosen] for key in ("improvement", "start", "whole_run"))
         if chosen:
-            settled = [value["improvement"] for value in chosen]
             found[name] = {
                 "joints": len(chosen),
                 "improvement": float(np.median(settled)),
                 "least_improvement": min(settled),
-                "start": float(np.median([value["start"] for value in chosen])),
+                "start": float(np.median(start)),
                 "worse_settled": sum(value < 1.0 for value in settled),
-                "worse_whole_run": sum(value["whole_run"] > 1.05 for value in chosen),
+                "worse_whole_run": sum(value > 1.05 for value in whole),
             }
     return found
-
-
-def own_summary(run: list[Outcome], name: str) -> dict[str, Any]:
-    """Return how an own controller fared: joints on which it did not stay finite, and quantiles of its figures."""
-    ran = [outcome for outcome in run if name in outcome.metrics]
-    values = [quantities(outcome, name, ("improvement", "whole_run")) for outcome in ran]
-    return {"failed": len(run) - len(ran), **_quantiles(values)}
 
 
 def summary(outcomes: list[Outcome], seed: int) -> dict[str, Any]:
     """Return the result of a sweep as ``--json`` writes it, with some worst cases by whole-run error against ``pi``."""
     run = [outcome for outcome in outcomes if not outcome.refused]
     values = {outcome.draw: quantities(outcome) for outcome in run}
-    own = dict.fromkeys(name for outcome in run for name in outcome.metrics if name not in CONTROLLERS)
+    own: dict[str, dict[str, Any]] = {}
+    for name in dict.fromkeys(name for outcome in run for name in outcome.metrics if name not in CONTROLLERS):
+        ran = [quantities(one, name, ("improvement", "whole_run")) for one in run if name in one.metrics]
+        own[name] = {"failed": len(run) - len(ran), **_quantiles(ran)}  # where it did not stay finite
     ranked = sorted(run, key=lambda outcome: -values[outcome.draw]["whole_run"])
     return {
         "seed": seed,
         "draws": len(outcomes),
         "refused": len(outcomes) - len(run),
         "quantiles": _quantiles(list(values.values())),
-        "own": {name: own_summary(run, name) for name in own},
+        "own": own,
         "classes": _classes(run, values),
         "pi_hunts": sum(outcome.fall > HUNTING for outcome in run),
         "worse_than_pi": sum(v["whole_run"] > 1.05 for v in values.values()) / max(1, len(values)),

@@ -6,8 +6,7 @@ from typing import Any
 import numpy as np
 
 from adaptive_ff.comparison.comparison import BASELINE
-from adaptive_ff.comparison.reference_lines import run_by_name
-from adaptive_ff.comparison.run import Run
+from adaptive_ff.comparison.run import Run, run_by_name
 from adaptive_ff.scenario.scenario import Scenario
 from adaptive_ff.simulation.experiment import RunSetup, build_setup
 from adaptive_ff.simulation.metrics import standstill_range
@@ -20,11 +19,8 @@ from adaptive_ff.simulation.tracking_errors import (
     tracking_errors,
 )
 
-NOISE_STREAM = 1
-"""Stream of random numbers of the sensor's noise; a draw beyond the first adds its number."""
-
-Figures = dict[str, float]
-"""Figures of a controller by name."""
+NOISE_STREAM = 1  # stream of random numbers of the sensor's noise; a draw beyond the first adds its number
+Figures = dict[str, float]  # figures of a controller by name
 
 
 def track_scenario(scenario: Scenario, controllers: Sequence[str], *, draws: int = 1) -> dict[str, Figures]:
@@ -43,14 +39,12 @@ def track_scenario(scenario: Scenario, controllers: Sequence[str], *, draws: int
         try:
             errors, varied, rest = _pooled(scenario, name, setups)
         except ArithmeticError:
-            errors, varied, rest = failed(base), float("inf"), None
+            errors, varied, rest = failed(base), float("inf"), {}
         except ValueError:
             found[name] = {}
             continue
-        found[name] = {"error": errors.settled, **ratios(base, errors)}
-        found[name]["torque_variation"] = varied / variation if variation > 0.0 else 1.0
-        if rest is not None:
-            found[name]["standstill"] = rest
+        varied = varied / variation if variation > 0.0 else 1.0
+        found[name] = {"error": errors.settled, **ratios(base, errors), "torque_variation": varied, **rest}
     return found
 
 
@@ -66,12 +60,11 @@ def noisy_setups(scenario: Scenario, draws: int) -> Iterator[RunSetup]:
             yield setup._replace(noise=noise, held=held)
 
 
-def _pooled(scenario: Scenario, name: str, setups: list[RunSetup]) -> tuple[TrackingErrors, float, float | None]:
+def _pooled(scenario: Scenario, name: str, setups: list[RunSetup]) -> tuple[TrackingErrors, float, Figures]:
     """Return the errors over all draws, and torque variation (N m) and range at standstill (rad/s) of the first."""
     runs = [run_by_name(scenario, name, setup, thin=1) for setup in setups]
-    first = runs[0]
-    rest = standstill_range(first.solver_time, first.reference, first.velocity)
-    return pooled(map(run_errors, runs)), first.metrics.torque_variation, rest
+    rest = standstill_range(runs[0].solver_time, runs[0].reference, runs[0].velocity)
+    return pooled(map(run_errors, runs)), runs[0].metrics.torque_variation, {} if rest is None else {"standstill": rest}
 
 
 def run_errors(run: Run) -> TrackingErrors:

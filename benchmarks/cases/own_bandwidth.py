@@ -13,8 +13,8 @@ import numpy as np
 
 from adaptive_ff import Scenario, load_scenario, parse_scenario, simulate
 from adaptive_ff.comparison.own_bandwidth import find_own_bandwidth, loaded, settled_error, with_bandwidth
-from adaptive_ff.comparison.reference_lines import NOISE_FLOOR, noise_floor
 from adaptive_ff.comparison.registry import CONTROLLERS
+from adaptive_ff.comparison.run import NOISE_FLOOR, noise_floor
 from adaptive_ff.scenario.library import SCENARIOS
 from adaptive_ff.scenario.new import Encoder, new_scenario_text
 from adaptive_ff.simulation.tracking_errors import ratios, tracking_errors

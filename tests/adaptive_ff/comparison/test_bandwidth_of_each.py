@@ -13,12 +13,11 @@ from adaptive_ff.comparison.own_bandwidth import (
     TUNING_SEEDS,
     Errors,
     find_own_bandwidth,
-    in_own_loop,
     loaded,
     settled_error,
     with_bandwidth,
 )
-from adaptive_ff.comparison.registry import CONTROLLERS, make_controller
+from adaptive_ff.comparison.registry import CONTROLLERS, loop_of, make_controller
 from adaptive_ff.scenario.loop import STEP, tried_bandwidths
 from adaptive_ff.studies.sweep import sweep
 from controllers import PI, fastest_bandwidth, pi_gains
@@ -97,7 +96,7 @@ def test_auto_gives_each_controller_its_own_best_bandwidth():
     assert alone.metrics == simulate(with_bandwidth(SHORT, expected["pi"]), "pi").metrics
     assert make_controller(AUTO, "pi").parameters.proportional == pi_gains(20.0, expected["pi"])[0]
     assert compare(SHORT.modified(controllers=["pi"])).bandwidths == {}
-    assert in_own_loop(SHORT, CONTROLLERS["pi"]) is SHORT
+    assert loop_of(SHORT, "pi") is SHORT
 
 
 def test_own_controllers_are_given_the_loop_that_suits_pi():

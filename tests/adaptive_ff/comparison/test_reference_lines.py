@@ -5,8 +5,8 @@ import pytest
 
 from adaptive_ff import load_scenario, simulate
 from adaptive_ff.comparison.own_bandwidth import TUNING_SEEDS
-from adaptive_ff.comparison.reference_lines import frictionless, noise_floor
 from adaptive_ff.comparison.registry import suitable_lag
+from adaptive_ff.comparison.run import frictionless, noise_floor
 from adaptive_ff.scenario.library import SCENARIOS
 from adaptive_ff.simulation.metrics import rms
 

@@ -4,7 +4,7 @@ import pytest
 from closed_loops import SCENARIO
 
 from adaptive_ff import compare
-from adaptive_ff.comparison.verdict import error_parts, verdict
+from adaptive_ff.comparison.comparison import error_parts, verdict
 from adaptive_ff.report.verdicts import LIMITS, comparison_lines
 
 SHORT = SCENARIO.modified(duration=10.0, controllers=["pi", "oracle", "adaptive"])

@@ -142,8 +142,8 @@ def test_dwelling_start_has_more_information_than_chance():
 def test_polishing_keeps_limits_and_improves():
     limits = MotionLimits(1.0, position=0.5)
     (motion,) = find_excitations(JOINT, limits, ONES, period=4.0, starts=1, rounds=1, trial=by_information)
-    better = polished(JOINT, limits, motion, by_information, trials=40)
-    assert polished(JOINT, limits, motion, by_information, trials=0) is motion
+    better = polished(JOINT, motion, by_information, trials=40)
+    assert polished(JOINT, motion, by_information, trials=0) is motion
     assert max(better.sizes.values()) < max(motion.sizes.values())
     columns = better.columns(0.0005)
     assert np.max(np.abs(columns["velocity"])) <= 1.0
