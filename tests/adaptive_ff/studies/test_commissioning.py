@@ -14,8 +14,6 @@ from adaptive_ff.identify import identification
 from adaptive_ff.studies import exciting_motion
 from adaptive_ff.studies.exciting_motion import find_excitations, polished
 
-pytestmark = pytest.mark.usefixtures("drawn")
-
 
 @pytest.fixture(scope="module")
 def commissioned(tmp_path_factory):

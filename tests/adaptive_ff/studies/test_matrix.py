@@ -2,12 +2,10 @@
 
 import json
 import math
-import subprocess
-import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
+from command_line import run_command_line
 
 from adaptive_ff import load_scenario, simulate
 from adaptive_ff.comparison.registry import CONTROLLERS
@@ -28,8 +26,6 @@ from adaptive_ff.studies.matrix import (
 from adaptive_ff.studies.sweep import fall_over_gain
 from adaptive_ff.studies.tracking import run_errors
 from controllers import fastest_bandwidth
-
-ROOT = Path(__file__).resolve().parent.parent.parent.parent
 
 ASKED = [name for names in GROUPS.values() for name in names]
 
@@ -215,10 +211,9 @@ def test_tables_follow_the_groups():
 
 
 def test_matrix_command_writes_tables_pictures_and_runs(tmp_path):
-    words = [sys.executable, "-m", "adaptive_ff", "matrix", "--only", "paper_100hz", "--seeds", "1", "--fastest"]
-    words += ["--controller", "oracle", "--controller", "adaptive", "--out", str(tmp_path), "--json"]
-    done = subprocess.run([*words, str(tmp_path / "all.json")], cwd=ROOT, capture_output=True, text=True, check=True)
-    assert "paper_100hz" in done.stdout
+    words = ["matrix", "--only", "paper_100hz", "--seeds", "1", "--fastest", "--controller", "oracle"]
+    words += ["--controller", "adaptive", "--out", tmp_path, "--json", tmp_path / "all.json"]
+    assert "paper_100hz" in run_command_line(*words).out
     rows = json.loads((tmp_path / "all.json").read_text(encoding="utf-8"))["runs"]
     assert {(row["controller"], row["fastest"]) for row in rows} == {
         (name, fast) for name in ("pi", "oracle", "adaptive") for fast in (False, True)
