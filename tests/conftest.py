@@ -11,7 +11,7 @@ from scenario_files import short, write_scenario
 
 from adaptive_ff import Comparison
 
-pytest_plugins = ["pytester"]
+pytest_plugins = ["pytester", "exports"]
 
 settings.register_profile("without clock", deadline=None, suppress_health_check=[HealthCheck.too_slow])
 settings.load_profile("without clock")
@@ -21,6 +21,14 @@ TESTS = Path(__file__).resolve().parent
 
 for library in ("OPENBLAS", "OMP", "MKL"):
     os.environ.setdefault(f"{library}_NUM_THREADS", "1")  # processes of tests with threads each wait for each other
+
+
+LONGEST = ("test_project.py", "test_commissioning.py")
+"""What takes longest comes first: last, it would run alone, or be split between processes that make its fixtures."""
+
+
+def pytest_collection_modifyitems(items):
+    items.sort(key=lambda item: item.path.name not in LONGEST)
 
 
 def pytest_xdist_auto_num_workers(config):

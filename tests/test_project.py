@@ -71,7 +71,7 @@ def test_all_that_would_run_on_a_robot_loads_nothing_of_the_desk():
 
 def test_package_loads_lazily():
     assert loaded_by("import adaptive_ff", ["matplotlib", "control", "scipy.signal"]) == []
-    assert loaded_by("import control", ["control"]) == ["control"]  # the question can be answered with yes
+    assert loaded_by("import json", ["json"]) == ["json"]  # the question can be answered with yes
 
 
 def test_comparison_loads_what_it_needs():
@@ -115,6 +115,7 @@ def test_release_writes_version_and_date(tmp_path):
         release.set_version("seven", datetime.date(2030, 1, 3), tmp_path)
 
 
+@pytest.mark.nightly
 def test_wheel_and_sdist_hold_all_packages(tmp_path):
     wheel, sdist = release.build(tmp_path)
     assert release.missing(wheel, sdist) == []

@@ -9,8 +9,6 @@ import pytest
 ROOT = Path(__file__).resolve().parent.parent
 ROOMS = ("report", "cli", "comparison", "studies", "simulation", "scenario", "playground", "baselines", "blocks")
 ROOMS += ("adaptive", "learning", "friction", "identify", "logs", "replay")
-ROOMS += ("export", "../controllers", "../plant", "../docs", "../examples")
-ROOMS += ("adaptive", "learning", "friction", "identify", "logs", "replay")
 ROOMS += ("export", "../controllers", "../plant", "../docs", "../examples", "../benchmarks")
 
 TERMS = {

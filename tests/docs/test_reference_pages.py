@@ -40,9 +40,10 @@ def test_roles_are_found_and_strangers_are_not():
 
 @pytest.mark.parametrize("page", [scenario_fields, command_line, controllers, log_formats, warning_codes])
 def test_everything_has_a_meaning(page):
-    rows = [line for line in page().splitlines() if line.startswith("| `")]
+    text = page()
+    rows = [line for line in text.splitlines() if line.startswith("| `")]
     assert len(rows) > 5
-    assert "Undefined" not in page()
+    assert "Undefined" not in text
     assert [row for row in rows if row.split(" | ")[-1].strip(" |") == ""] == []
 
 

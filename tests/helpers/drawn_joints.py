@@ -3,6 +3,9 @@
 from hypothesis import strategies as st
 from pydantic import ValidationError
 
+FRICTION = {"coulomb": 60.0, "stiction": 90.0, "viscous": 80.0, "stribeck_velocity": 0.05}
+"""The joint that all tests of steps share, beside its inertia of 20 kg m^2."""
+
 VELOCITY = st.just(0.0) | st.floats(-2.0, 2.0)
 TORQUE = st.floats(-300.0, 300.0)
 

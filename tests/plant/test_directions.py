@@ -3,17 +3,12 @@
 import math
 
 import pytest
+from drawn_joints import FRICTION
 from pydantic import ValidationError
 
 from plant import Joint, JointModel
 
-FIELDS = {
-    "inertia": 20.0,
-    "coulomb": 60.0,
-    "stiction": 90.0,
-    "viscous": 80.0,
-    "stribeck_velocity": 0.05,
-}
+FIELDS = {"inertia": 20.0, **FRICTION}
 
 
 def run(model, torque, duration, velocity=0.0):
@@ -36,7 +31,6 @@ def test_braking_distance_of_each_direction_in_closed_form():
     [
         ({"stiction_backward": 59.0}, "stiction_backward = 59 N m is less than coulomb_backward = 60 N m"),
         ({"coulomb_backward": 91.0}, "stiction_backward = 90 N m is less than coulomb_backward = 91 N m"),
-        ({"stiction": 59.0}, "stiction = 59 N m is less than coulomb = 60 N m"),
     ],
 )
 def test_stiction_below_coulomb_is_refused_in_either_direction(fields, message):

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from drawn_joints import TORQUE, VELOCITY, accepted, friction_fields, mirrored
+from drawn_joints import FRICTION, TORQUE, VELOCITY, accepted, friction_fields, mirrored
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydantic import ValidationError
@@ -18,7 +18,6 @@ from plant import (
     step_elastic,
 )
 
-FRICTION = {"coulomb": 60.0, "stiction": 90.0, "viscous": 80.0, "stribeck_velocity": 0.05}
 FIELDS = {"inertia": 20.0, **FRICTION, "link_share": 0.6, "link_stiffness": 5e4}
 FREE = {**FIELDS, "coulomb": 0.0, "stiction": 0.0, "viscous": 0.0}
 MOTOR, LINK = 8.0, 12.0

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from drawn_joints import TORQUE, VELOCITY, accepted, friction_fields, mirrored
+from drawn_joints import FRICTION, TORQUE, VELOCITY, accepted, friction_fields, mirrored
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
@@ -19,7 +19,6 @@ from plant import (
 )
 from plant.elasto_plastic import mobilised
 
-FRICTION = {"coulomb": 60.0, "stiction": 90.0, "viscous": 80.0, "stribeck_velocity": 0.05}
 FIELDS = {"inertia": 20.0, **FRICTION, "presliding": 3e-3}
 FLAT = {"stiction": 60.0, "viscous": 0.0}
 REST = ElastoPlasticState(0.0, 0.0, 0.0, 0.0, 0.0)

@@ -2,20 +2,12 @@ import math
 import re
 
 import pytest
+from drawn_joints import FRICTION
 from pydantic import ValidationError
 
 from plant import Joint, JointModel, JointState, step_joint, whole_multiple
 
-REFERENCE = {
-    "inertia": 20.0,
-    "coulomb": 60.0,
-    "stiction": 90.0,
-    "viscous": 80.0,
-    "stribeck_velocity": 0.05,
-    "stribeck_shape": 1.0,
-    "friction_lag": 0.02,
-    "solver_period": 0.001,
-}
+REFERENCE = {"inertia": 20.0, **FRICTION, "stribeck_shape": 1.0, "friction_lag": 0.02, "solver_period": 0.001}
 
 
 def test_longest_solver_period_is_that_of_the_uniqueness_condition():

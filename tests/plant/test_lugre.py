@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from drawn_joints import TORQUE, VELOCITY, accepted, friction_fields, mirrored
+from drawn_joints import FRICTION, TORQUE, VELOCITY, accepted, friction_fields, mirrored
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydantic import ValidationError
@@ -14,14 +14,7 @@ from stepped_joint import run
 from plant import LuGreJoint, LuGreState, initial_state, step_lugre
 from plant.lugre import steepest_fall_in_a_step
 
-FIELDS = {
-    "inertia": 20.0,
-    "coulomb": 60.0,
-    "stiction": 90.0,
-    "viscous": 80.0,
-    "stribeck_velocity": 0.05,
-    "stiffness": 1e5,
-}
+FIELDS = {"inertia": 20.0, **FRICTION, "stiffness": 1e5}
 MODEL = LuGreJoint(**FIELDS)
 JOINT = MODEL.parameters
 UNEVEN = LuGreJoint(

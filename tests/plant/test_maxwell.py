@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from drawn_joints import TORQUE, VELOCITY, accepted, friction_fields, mirrored
+from drawn_joints import FRICTION, TORQUE, VELOCITY, accepted, friction_fields, mirrored
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydantic import ValidationError
@@ -21,7 +21,6 @@ from plant import (
 )
 from plant.maxwell import KNOTS
 
-FRICTION = {"coulomb": 60.0, "stiction": 90.0, "viscous": 80.0, "stribeck_velocity": 0.05}
 FIELDS = {"inertia": 20.0, **FRICTION, "displacements": [3e-4, 1e-3, 2e-3, 4e-3], "shares": [0.4, 0.3, 0.2, 0.1]}
 FLAT = {**FIELDS, "stiction": 60.0, "viscous": 0.0}
 REST = MaxwellState(*11 * [0.0])

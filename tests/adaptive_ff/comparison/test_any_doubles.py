@@ -94,7 +94,7 @@ TAUGHT = pytest.mark.xfail(reason="a plan that leaps to what a machine can just 
 
 
 @pytest.mark.parametrize("name", ["pi", pytest.param("adaptive", marks=TAUGHT)])
-@settings(max_examples=8, **BRIEF)
+@settings(max_examples=4, **BRIEF)
 @given(bursts=BURSTS)
 @example(bursts=[("reference", 79, 200, [1e-9]), ("next_reference", 79, 1, [1e-9])])
 @example(bursts=WRONG_PLAN)

@@ -14,7 +14,7 @@ from controllers import Inputs
 fmpy = pytest.importorskip("fmpy", reason="fmpy (the extra fmu) is not installed")
 from fmpy.validation import validate_fmu  # noqa: E402
 
-pytestmark = needs_gcc
+pytestmark = [needs_gcc, pytest.mark.usefixtures("compiled_quickly")]
 runs_here = pytest.mark.skipif(
     (platform.system(), platform.machine()) != ("Linux", "x86_64"), reason="FMI 2.0 has no name for this machine"
 )
@@ -26,7 +26,7 @@ def written(folder, controller, version="2.0", **options):
 
 
 @pytest.fixture(scope="module", params=["2.0", "3.0"])
-def learning(tmp_path_factory, request):
+def learning(tmp_path_factory, request, compiled_quickly):
     return written(tmp_path_factory.mktemp("fmu"), adaptive(), request.param)
 
 

@@ -23,12 +23,11 @@ from exports import (
 from adaptive_ff import AdaptiveController, run_in_c
 from adaptive_ff.baselines.repetitive import Repetitive
 from adaptive_ff.errors import InputError
-from adaptive_ff.export import errors as c_compiler
 from adaptive_ff.export.buffer import HEADER, state_from_bytes, state_to_bytes
 from controllers import PI
 
 pytest.importorskip("cffi", reason="cffi is not installed")
-pytestmark = needs_gcc
+pytestmark = [needs_gcc, pytest.mark.usefixtures("compiled_quickly")]
 
 MADE = {
     "pi": lambda: made("pi", DELAYED),
@@ -54,13 +53,6 @@ MADE = {
         model={"inertia": 20.0, "friction_lag": 0.02, "coulomb": 60.0}, position_map=[0.3, 0.1, *[0.0] * 9]
     ),
 }
-
-
-@pytest.fixture(autouse=True)
-def compiles_quickly(monkeypatch):
-    """Half the time of -O2, which the tests of the exported folder compile with."""
-    flags = tuple("-O0" if flag == "-O2" else flag for flag in c_compiler.FLAGS)
-    monkeypatch.setattr(c_compiler, "FLAGS", flags)
 
 
 EXACT = platform.machine() in ("x86_64", "AMD64") and platform.libc_ver()[0] == "glibc"

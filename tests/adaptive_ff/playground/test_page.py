@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from browser import CHROMIUM, Browser
 from command_line import run_command_line
+from nightly import sampled
 
 from adaptive_ff import load_scenario
 from adaptive_ff.comparison.run import simulate
@@ -111,7 +112,7 @@ MOVED = {
 }
 
 
-@pytest.mark.parametrize("machine", MOVED)
+@pytest.mark.parametrize("machine", sampled(MOVED, ["robot joint"]))
 def test_the_file_of_moved_sliders_gives_the_same_series_and_figures(browser, page, tmp_path, machine):
     motion, stops = MOVED[machine]
     opened(browser, page, f"#machine={machine}&motion={motion}")

@@ -67,12 +67,6 @@ def test_scenarios_differ_in_what_their_names_say():
     assert load("delay").delay == 1.0
     assert np.ptp(load("standstill").reference.pause) == 60.0
     assert np.max(np.abs(load("slow_stribeck").reference_velocity())) == pytest.approx(0.05)
-
-
-def test_further_scenarios_differ_in_what_their_names_say():
-    def load(name):
-        return load_scenario(SCENARIOS / f"{name}.toml")
-
     assert [load(f"load_step_{load_}").change[0].load for load_ in (30, 80)] == [30.0, 80.0]
     assert [load(f"payload_{way}").change[0].inertia_scale for way in ("half", "double")] == [0.5, 2.0]
     assert [load(f"gravity_{torque}").joint.gravity for torque in (40, 100)] == [40.0, 100.0]
