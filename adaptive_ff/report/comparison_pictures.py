@@ -1,12 +1,11 @@
 """Pictures of a run and of a comparison."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from itertools import cycle, product
 from pathlib import Path
 
 import numpy as np
 from matplotlib import rc_context
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from adaptive_ff.comparison.comparison import BASELINE, Comparison
@@ -22,12 +21,7 @@ from adaptive_ff.report.style import (
     Look,
     Panel,
     Series,
-    draw_series,
-    explain_looks,
     frame,
-    label_above,
-    make_logarithmic,
-    make_panels,
     peak_of,
     picture,
     plain_name,
@@ -100,16 +94,13 @@ def origin(scenario: Scenario) -> str:
     return f"{scenario.name}, seed {scenario.seed}"
 
 
-def mark_changes(panels: Sequence[Axes], scenario: Scenario) -> list[Look]:
-    """Mark the changes of the joint; return what the legend shall explain."""
-    for axes in panels:
-        for change in scenario.change:
-            axes.axvline(change.time, **CHANGE)
-    if not scenario.change:
-        return []
+def changes_of(scenario: Scenario) -> tuple[list[tuple[float, Look]], list[Look]]:
+    """Return the changes of the joint, as marks of a picture, and what the legend shall explain."""
+    marks = [(change.time, CHANGE) for change in scenario.change]
     kinds = {name for change in scenario.change for name in change.model_fields_set}
     several = "friction changes" if kinds <= {"time", "friction_scale"} else "the joint changes"
-    return [{**CHANGE, "label": scenario.change[0].text if len(scenario.change) == 1 else several}]
+    label = scenario.change[0].text if len(marks) == 1 else several
+    return marks, [{**CHANGE, "label": label}][: len(marks)]
 
 
 def plot_run(run: Run, path: str | Path | None = None) -> Figure:
@@ -125,13 +116,11 @@ def plot_run(run: Run, path: str | Path | None = None) -> Figure:
         panels.append(Panel(axis_label(axis, "position error (mrad)"), [(time, 1e3 * run.position_error, thin)]))
     panels.append(_torques(run, slice(None), look, axis_label(axis, "torque (N m)")))
     keys = [REFERENCE, velocity, *(look for *_, look in panels[-1].curves), *(look for _, look in panels[-1].lines[:1])]
-    with rc_context(STYLE):
-        span = (0.0, float(time[-1]))
-        changes = mark_changes([], run.scenario)
-        figure, drawn = picture(panels, 2.0 * len(panels), source=origin(run.scenario), keys=[*keys, *changes])
-        mark_changes(drawn, run.scenario)
-        drawn[-1].set_xlim(span)
-        write_to(figure, path)
+    panels[-1].span = (0.0, float(time[-1]))
+    marks, changes = changes_of(run.scenario)
+    source = origin(run.scenario)
+    figure, _ = picture(panels, 2.0 * len(panels), source=source, keys=[*keys, *changes], marks=marks)
+    write_to(figure, path)
     return figure
 
 
@@ -185,16 +174,11 @@ def _tracking(runs: Mapping[str, Run], looks: Mapping[str, Look]) -> Figure:
     window = next(iter(running.values()))[2]
     label = f"rms error over the last {window:.3g} s ({axis_label(axis, 'mrad/s')}), whole run, close-up shaded"
     curves = [(ends, rms, looks[name]) for name, (ends, rms, _) in running.items()]
-    panels.append(Panel(label, curves, span=(0.0, end)))
-    keys = [REFERENCE, *looks.values(), *mark_changes([], first.scenario)]
-    figure, axes = picture(panels, 2.4 * len(panels), shared=False, keys=keys)
-    make_logarithmic(axes[-1], min(window, 0.1 * end))
-    for above in axes[:-1]:
-        above.tick_params(labelbottom=above is axes[-2])
-    axes[-2].set_xlabel("time (s)")
-    axes[-1].axvspan(time[0], time[-1], color="#f0f0f0", zorder=0.4)
-    mark_changes(axes, first.scenario)
-    return figure
+    near, since = (float(time[0]), float(time[-1])), min(window, 0.1 * end)
+    panels.append(Panel(label, curves, span=(0.0, end), since=since, shaded=near))
+    marks, changes = changes_of(first.scenario)
+    keys = [REFERENCE, *looks.values(), *changes]
+    return picture(panels, 2.4 * len(panels), shared=False, keys=keys, marks=marks)[0]
 
 
 def _torque(runs: Mapping[str, Run], looks: Mapping[str, Look]) -> Figure:
@@ -211,8 +195,8 @@ def _torque(runs: Mapping[str, Run], looks: Mapping[str, Look]) -> Figure:
     ]
     keys = {str(look["label"]): {**look, "color": QUIET} for look in explained}
     figure, axes = picture(panels, 0.8 + 1.2 * len(panels), keys=keys.values())
-    torques = {name: run.torque[part] for name, run in drawn.items()}
-    parts = {f"feedforward of {name}": run.feedforward[part] for name, run in drawn.items()}
+    torques = {plain_name(name): run.torque[part] for name, run in drawn.items()}
+    parts = {f"feedforward of {plain_name(name)}": run.feedforward[part] for name, run in drawn.items()}
     frame(axes, {**torques, **parts}, 3.0 * typical_peak(torques))
     axes[-1].set_xlim(start, end)
     return figure
@@ -233,36 +217,37 @@ def _torques(run: Run, part: slice, look: Look, label: str) -> Panel:
 def _estimates(runs: Mapping[str, Run], looks: Mapping[str, Look]) -> Figure:
     """Draw the estimates beside the truth, in bands of their uncertainty, a panel a parameter."""
     names = list(dict.fromkeys(name for run in runs.values() for name in run.estimates))
-    figure, panels = make_panels(len(names), 0.8 + 1.2 * len(names))
     first = next(iter(runs.values()))
     plan, end = first.scenario.plan, float(first.solver_time[-1])
     joints = [joint_in_phase(first.scenario.joint.parameters, plan, phase) for phase in range(plan.starts.size)]
-    starts = [*(plan.starts * first.scenario.joint.solver_period), end]
+    starts = np.array([*(plan.starts * first.scenario.joint.solver_period), end])
     truths = [
         {**true_waves(first.scenario), **one.friction._asdict(), **one._asdict(), "friction": None} for one in joints
     ]
-    for axes, name in zip(panels, names, strict=True):
+    panels = []
+    for name in names:
         known = {key: run for key, run in runs.items() if name in run.estimates}
-        curves = {key: draw_series(axes, run.time, run.estimates[name], looks[key]) for key, run in known.items()}
-        last_bands: list[Series] = []
+        curves = {key: run.estimates[name] for key, run in known.items()}
+        drawn = [(run.time, run.estimates[name], looks[key]) for key, run in known.items()]
+        bands, last_bands = [], [0.0]
         for key, run in known.items():
             if name in run.uncertainties:
                 time, spread = run.uncertainty_time, DEVIATIONS * run.uncertainties[name]
                 middle = np.interp(time, run.time, run.estimates[name])
-                axes.fill_between(time, middle - spread, middle + spread, color=looks[key]["color"], alpha=0.25, lw=0.0)
-                last_bands.append(spread[-1] * np.array([-1.0, 1.0]))
+                bands.append((time, middle - spread, middle + spread, looks[key]["color"]))
+                last_bands += [-spread[-1], spread[-1]]
         truth = np.array([one[name] for one in truths if one.get(name) is not None])
         if truth.size:
-            axes.plot(starts, [*truth, truth[-1]], drawstyle="steps-post", **TRUTH)
-        bands = [] if any(np.any(curve) for curve in curves.values()) else last_bands  # else nothing sets the scale
-        inside = np.concatenate([truth, ROOM * truth, [0.0], *bands])
-        frame([axes], {"": inside, **curves}, 2.0 * (peak_of(truth) or typical_peak(curves)))
+            drawn.append((starts, np.append(truth, truth[-1]), {**TRUTH, "drawstyle": "steps-post"}))
+        inside = [*truth, *(ROOM * truth), *(last_bands if not any(map(np.any, curves.values())) else [0.0])]
         unit = axis_unit(first.scenario.joint.axis, unit_of(name))
-        label_above(axes, plain_name(name.replace("_", " ")) + (f" ({unit})" if unit else ""))
-    panels[-1].set(xlim=(0.0, end), xlabel="time (s)")
+        label = plain_name(name.replace("_", " ")) + (f" ({unit})" if unit else "")
+        cap = 2.0 * (peak_of(truth) or typical_peak(curves))
+        panels.append(Panel(label, drawn, span=(0.0, end), cap=cap, inside=inside, bands=bands))
     band = [BAND] if any(run.uncertainties for run in runs.values()) else []
-    explain_looks(figure, [TRUTH, *(looks[name] for name in runs), *band, *mark_changes(panels, first.scenario)])
-    return figure
+    marks, changes = changes_of(first.scenario)
+    keys = [TRUTH, *(looks[name] for name in runs), *band, *changes]
+    return picture(panels, 0.8 + 1.2 * len(panels), keys=keys, marks=marks)[0]
 
 
 def _stribeck(comparison: Comparison, looks: Mapping[str, Look]) -> Figure:
@@ -306,9 +291,7 @@ def _supervision(run: Run) -> Figure:
         Panel("probability of a change and observer gain, from 0 to 1", gains, limits=(-0.05, 1.08)),
         Panel(axis_label(axis, "torque (N m) by source"), torques, span=(0.0, float(run.solver_time[-1]))),
     ]
-    figure, drawn = picture(panels, 6.4, keys=[MODEL, OBSERVER, FEEDBACK])
-    mark_changes(drawn, run.scenario)
-    return figure
+    return picture(panels, 6.4, keys=[MODEL, OBSERVER, FEEDBACK], marks=changes_of(run.scenario)[0])[0]
 
 
 def _friction_map(comparison: Comparison, looks: Mapping[str, Look]) -> Figure:

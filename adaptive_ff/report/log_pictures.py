@@ -140,7 +140,7 @@ def _torques(replay: Replay) -> Figure:
     title = (
         f"{Path(replay.name).name}: torque that was needed ({unit}), band {replay.band:.3g} Hz; shaded: the close-up"
     )
-    panels = [Panel(title, [needed], span=whole)]
+    panels = [Panel(title, [needed], span=whole, shaded=near)]
     panels += [
         Panel(
             f"close-up ({unit}): {LOOKS[name]['label']}",
@@ -159,9 +159,7 @@ def _torques(replay: Replay) -> Figure:
         )
         for name in names
     ]
-    figure, axes = picture(panels, 2.2 + 2.2 * len(names), source=replay.name, shared=False)
-    axes[0].axvspan(*near, color="#ececec", zorder=0.4)
-    return figure
+    return picture(panels, 2.2 + 2.2 * len(names), source=replay.name, shared=False)[0]
 
 
 def _close_up(time: Series, torque: Series) -> tuple[float, float]:

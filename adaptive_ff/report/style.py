@@ -67,6 +67,10 @@ class Panel:
     limits: tuple[float, float] | None = None
     # what the vertical limits, fitted to the curves, do not exceed; curves that leave them are named
     cap: float | None = None
+    inside: Sequence[float] | Series = ()  # what they hold beside the curves
+    since: float | None = None  # makes it logarithmic, down to the least that is drawn since a time
+    bands: Sequence[tuple[Series, Series, Series, str]] = ()  # times, lower and upper ends, colour
+    shaded: tuple[float, float] | None = None  # part of the horizontal axis
 
 
 def picture(
@@ -76,47 +80,67 @@ def picture(
     *,
     source: str = "",
     keys: Iterable[Look] | None = None,
+    marks: Sequence[tuple[float, Look]] = (),
     shared: bool = True,
 ) -> tuple[Figure, list[Axes]]:
     """Draw panels below each other, in a height (inches), with one legend of the keys, by default of all looks.
 
-    They share one horizontal axis where that is said; ``source`` is what the picture is of, for the line below it.
+    They share one horizontal axis where that is said, else those below each other that have one span. ``marks`` are
+    vertical lines through all of them; ``source`` is what the picture is of, for the line below it.
     """
     with rc_context(STYLE):
-        figure, drawn = make_panels(len(panels), height, shared=shared)
-        found: dict[str, Look] = {}
+        figure = Figure(figsize=(WIDTH, height), layout=Rows())
+        drawn = list(figure.subplots(len(panels), 1, sharex=shared, squeeze=False)[:, 0])
         for axes, panel in zip(drawn, panels, strict=True):
-            for x, y, look in panel.curves:
-                draw_series(axes, x, y, look)
-                found.setdefault(str(look.get("label", "")), look)
-            for level, look in panel.lines:
-                axes.axhline(level, **look)
-                found.setdefault(str(look.get("label", "")), look)
-            if panel.cap is not None:
-                frame([axes], {str(look.get("label", "")): y for _, y, look in panel.curves}, panel.cap)
-            if panel.limits is not None:
-                axes.set_ylim(panel.limits)
-            if panel.span is not None:
-                axes.set_xlim(panel.span)
-            label_above(axes, panel.label)
-        drawn[-1].set_xlabel(xlabel)
-        explain_looks(figure, [look for name, look in found.items() if name] if keys is None else keys)
+            axes.yaxis.set_major_locator(MaxNLocator(5 if len(panels) > 1 else 8, steps=[1, 2, 2.5, 5, 10]))
+            axes.ticklabel_format(style="plain", useOffset=False)
+            _draw(axes, panel)
+            for place, look in marks:
+                axes.axvline(place, **look)
+        for axes, panel, below in zip(drawn, panels, [*panels[1:], None], strict=True):
+            last = below is None or not (shared or (below.span is not None and below.span == panel.span))
+            axes.tick_params(labelbottom=last)
+            axes.set_xlabel(xlabel if last else "")
+        named: dict[str, Look] = {}
+        for *_, look in [one for panel in panels for one in (*panel.curves, *panel.lines)]:
+            named.setdefault(str(look.get("label") or ""), look)
+        explain_looks(figure, [look for name, look in named.items() if name] if keys is None else keys)
         if source:
             stamp([figure], source)
     return figure, drawn
 
 
-def draw_series(axes: Axes, time: Series, values: Series, look: Look) -> Series:
-    """Draw a series, a long one as the extremes of each column in their order; return the values drawn."""
+def _draw(axes: Axes, panel: Panel) -> None:
+    for time, values, look in panel.curves:
+        kept = thinned(values)
+        axes.plot(time[kept], values[kept], **look)
+    for level, look in panel.lines:
+        axes.axhline(level, **look)
+    for time, low, high, colour in panel.bands:
+        axes.fill_between(time, low, high, color=colour, alpha=0.25, lw=0.0)
+    if panel.shaded is not None:
+        axes.axvspan(*panel.shaded, color="#ececec", zorder=0.4)
+    if panel.cap is not None:
+        curves = {str(look.get("label", "")): values for _, values, look in panel.curves}
+        frame([axes], {"": np.asarray(panel.inside), **curves}, panel.cap)
+    if panel.since is not None:
+        _make_logarithmic(axes, panel)
+    if panel.limits is not None:
+        axes.set_ylim(panel.limits)
+    if panel.span is not None:
+        axes.set_xlim(panel.span)
+    label_above(axes, panel.label)
+
+
+def thinned(values: Series) -> slice | NDArray[np.intp]:
+    """Return which values of a series are drawn, of a long one the extremes of each column in their order."""
     width = values.size // COLUMNS
-    if width > 3:
-        whole = values.size // width * width
-        columns = values[:whole].reshape(-1, width)
-        extremes = np.sort([columns.argmin(axis=1), columns.argmax(axis=1)], axis=0) + np.arange(0, whole, width)
-        kept = np.concatenate([extremes.T.ravel(), np.arange(whole, values.size)])
-        time, values = time[kept], values[kept]
-    axes.plot(time, values, **look)
-    return values
+    if width <= 3:
+        return slice(None)
+    whole = values.size // width * width
+    columns = values[:whole].reshape(-1, width)
+    extremes = np.sort([columns.argmin(axis=1), columns.argmax(axis=1)], axis=0) + np.arange(0, whole, width)
+    return np.concatenate([extremes.T.ravel(), np.arange(whole, values.size)])
 
 
 def label_above(axes: Axes, text: str) -> None:
@@ -133,16 +157,6 @@ def explain_looks(figure: Figure, looks: Iterable[Look]) -> None:
     rows = math.ceil(sum(widths) / WIDTH)
     columns = len(handles) if rows == 1 else min(math.ceil(len(handles) / rows), int(WIDTH / max(widths)))
     figure.legend(handles=handles, loc="outside upper center", ncols=max(1, columns), handlelength=1.7)
-
-
-def make_panels(rows: int, height: float, *, shared: bool = True) -> tuple[Figure, list[Axes]]:
-    """Make a figure of panels below each other; the height is in inches."""
-    figure = Figure(figsize=(WIDTH, height), layout=Rows())
-    panels = list(figure.subplots(rows, 1, sharex=shared, squeeze=False)[:, 0])
-    for axes in panels:
-        axes.yaxis.set_major_locator(MaxNLocator(5 if rows > 1 else 8, steps=[1, 2, 2.5, 5, 10]))
-        axes.ticklabel_format(style="plain", useOffset=False)
-    return figure, panels
 
 
 class Rows(LayoutEngine):
@@ -207,26 +221,23 @@ def frame(panels: Sequence[Axes], curves: Mapping[str, Series], cap: float) -> N
 def name_those_beyond(axes: Axes, curves: Mapping[str, Series], limit: float) -> None:
     """Name above a panel the curves that leave it, and how far they go."""
     peaks = {name: peak_of(curve) for name, curve in curves.items() if peak_of(curve) > limit}
-    gone = [
-        f"{plain_name(name)} reaches {f'{peak:,.0f}' if 1e3 <= peak < 1e6 else f'{peak:.3g}'}"
-        for name, peak in peaks.items()
-    ]
+    gone = [f"{name} reaches {f'{peak:,.0f}' if 1e3 <= peak < 1e6 else f'{peak:.3g}'}" for name, peak in peaks.items()]
     more = f" and {len(gone) - 2} more" if len(gone) > 2 else ""
     place: Any = {"xycoords": "axes fraction", "xytext": (0.0, LIFT), "textcoords": "offset points"}
     axes.annotate(", ".join(gone[:2]) + more, (1.0, 1.0), **place, ha="right", fontsize=8.0, color=QUIET)
 
 
-def make_logarithmic(axes: Axes, since: float) -> None:
+def _make_logarithmic(axes: Axes, panel: Panel) -> None:
     """Make a panel logarithmic, one to four decades, down to what it shows since a time; leave it where all is zero."""
-    lines = {str(line.get_label()): line for line in axes.lines}
-    bounded = [line for name, line in lines.items() if name != UNBOUNDED] or list(lines.values())
-    curves = [(np.asarray(line.get_xdata()), np.asarray(line.get_ydata())) for line in bounded]
-    top = max(float(np.max(values)) for _, values in curves)
+    curves = {str(look["label"]): (time, values) for time, values, look in panel.curves}
+    bounded = [curve for name, curve in curves.items() if name != UNBOUNDED] or list(curves.values())
+    top = max(float(np.max(values)) for _, values in bounded)
     if top == 0.0:
         return
-    if UNBOUNDED in lines:
-        name_those_beyond(axes, {UNBOUNDED: np.asarray(lines[UNBOUNDED].get_ydata())}, 1.3 * top)
-    low = min(float(np.min(values, where=(time >= since) & (values > 0.0), initial=top)) for time, values in curves)
+    if UNBOUNDED in curves:
+        name_those_beyond(axes, {UNBOUNDED: curves[UNBOUNDED][1]}, 1.3 * top)
+    shown = [values[(time >= panel.since) & (values > 0.0)] for time, values in bounded]
+    low = min(float(np.min(values, initial=top)) for values in shown)
     low = min(max(low, 1e-4 * top) / 1.3, top / 5.0)
     axes.set_yscale("log", nonpositive="mask")
     axes.set_ylim(low, 1.3 * top)
