@@ -100,7 +100,8 @@ def changes_of(scenario: Scenario) -> tuple[list[tuple[float, Look]], list[Look]
     kinds = {name for change in scenario.change for name in change.model_fields_set}
     several = "friction changes" if kinds <= {"time", "friction_scale"} else "the joint changes"
     label = scenario.change[0].text if len(marks) == 1 else several
-    return marks, [{**CHANGE, "label": label}][: len(marks)]
+    explained: Look = {**CHANGE, "label": label}
+    return marks, [explained] if marks else []
 
 
 def plot_run(run: Run, path: str | Path | None = None) -> Figure:
@@ -115,7 +116,7 @@ def plot_run(run: Run, path: str | Path | None = None) -> Figure:
     if run.position_error is not None:
         panels.append(Panel(axis_label(axis, "position error (mrad)"), [(time, 1e3 * run.position_error, thin)]))
     panels.append(_torques(run, slice(None), look, axis_label(axis, "torque (N m)")))
-    keys = [REFERENCE, velocity, *(look for *_, look in panels[-1].curves), *(look for _, look in panels[-1].lines[:1])]
+    keys = [REFERENCE, velocity, *panels[-1].looks]
     panels[-1].span = (0.0, float(time[-1]))
     marks, changes = changes_of(run.scenario)
     source = origin(run.scenario)
@@ -190,11 +191,8 @@ def _torque(runs: Mapping[str, Run], looks: Mapping[str, Look]) -> Figure:
     part = slice(begin - 1, stop)  # the torque at the start is held from the sample before
     label = axis_label(first.scenario.joint.axis, "torque (N m)")
     panels = [_torques(run, part, looks[name], f"{label} with {looks[name]['label']}") for name, run in drawn.items()]
-    explained = [
-        look for one in panels for look in [*(look for *_, look in one.curves), *(look for _, look in one.lines)]
-    ]
-    keys = {str(look["label"]): {**look, "color": QUIET} for look in explained}
-    figure, axes = picture(panels, 0.8 + 1.2 * len(panels), keys=keys.values())
+    keys = [{**look, "color": QUIET} for panel in panels for look in panel.looks]
+    figure, axes = picture(panels, 0.8 + 1.2 * len(panels), keys=keys)
     torques = {plain_name(name): run.torque[part] for name, run in drawn.items()}
     parts = {f"feedforward of {plain_name(name)}": run.feedforward[part] for name, run in drawn.items()}
     frame(axes, {**torques, **parts}, 3.0 * typical_peak(torques))

@@ -12,11 +12,8 @@ from adaptive_ff.adaptive.extensions.over_position import LearntMap
 from adaptive_ff.friction.model import unit_of
 from adaptive_ff.report.table import Cell, Table, table
 
-WIDTH = 80
-"""Width of the text, characters."""
-
-LEAST_VARIATION = 0.01
-"""Least rise and fall of friction over position that is worth a sentence."""
+WIDTH = 80  # width of the text, characters
+LEAST_VARIATION = 0.01  # least rise and fall of friction over position that is worth a sentence
 
 SENTENCES = {
     Code.HELD: "Holds its estimates: enabled is False.",

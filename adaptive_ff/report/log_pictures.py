@@ -28,8 +28,7 @@ LOOKS: dict[str, Look] = {
 PICTURES = ("identified_torque", "friction", "identified_map")
 """Names of the pictures of an identification; without friction or force over position there is no map."""
 
-CLOSE_UP = 0.1
-"""Length of a close-up over that of the log."""
+CLOSE_UP = 0.1  # length of a close-up over that of the log
 
 
 def plot_identification(found: LogIdentification, folder: str | Path | None = None) -> dict[str, Figure]:

@@ -19,8 +19,7 @@ MORE = {"speed": "higher speeds", "acceleration": "faster changes of speed"}
 LESS = {"speed": "more motion at low speeds", "acceleration": "more motion at steady speeds"}
 """What to record, by the motion that narrows an interval, more or less of it than is usual."""
 
-NOTHING = 1e-6
-"""Fraction of its interval below which a value is shown as zero."""
+NOTHING = 1e-6  # fraction of its interval below which a value is shown as zero
 
 SCORES = {
     "follows": "the model follows the joint",

@@ -20,11 +20,8 @@ from adaptive_ff.report.tables import comparison_tables
 if TYPE_CHECKING:
     from jinja2 import Template
 
-NAME = "report.html"
-"""Of the file in the folder of the results."""
-
-LIBRARIES = ("numpy", "scipy", "matplotlib")
-"""Beside this package and Python: what the figures depend on."""
+NAME = "report.html"  # of the file in the folder of the results
+LIBRARIES = ("numpy", "scipy", "matplotlib")  # beside this package and Python: what the figures depend on
 
 
 @cache

@@ -43,8 +43,7 @@ MARGIN: Look = {"color": INK, "linewidth": 1.2}
 MOTION: Look = {"color": "#d55e00", "linewidth": 1.2, "label": "motion"}
 SAME: Look = {"color": INK, "linewidth": 1.0, "linestyle": (0, (3, 2)), "label": "the same as pi"}
 
-POINTS = 2000
-"""Points of the curve of a motion."""
+POINTS = 2000  # points of the curve of a motion
 
 WEAKEST, STRONGEST = -2.0, 6.0
 """Range of improvement over PI that the colours show, powers of two; PI itself is in the middle of the colours."""
@@ -58,8 +57,7 @@ COLOURS = LinearSegmentedColormap.from_list(
 Colours of the map vik, F. Crameri, "Scientific colour maps" (2018), doi 10.5281/zenodo.1243862.
 """
 
-DARK, DARK_RED = 3.0, -1.2
-"""Powers of two beyond which the colour is too dark for dark letters."""
+DARK, DARK_RED = 3.0, -1.2  # powers of two beyond which the colour is too dark for dark letters
 
 FIXED = tuple(f"{form}_{source}" for form in FORMS for source in SOURCES)
 GROUPS = {
@@ -101,7 +99,7 @@ def plot_bandwidths(study: BandwidthStudy) -> Figure:
         Panel("maximum sensitivity", margin),
     ]
     given = not study.scenario.feedback.is_auto and np.isfinite(study.scenario.feedback.hertz)
-    keys = [look for *_, look in curves if look.get("label")] + [LOADED] + ([GIVEN] if given else [])
+    keys = [look for *_, look in curves] + [LOADED] + ([GIVEN] if given else [])
     with rc_context(STYLE):
         figure, (above, below) = picture(panels, 6.0, "bandwidth of the PI loop (Hz)", keys=keys)
         for axes in (above, below) if given else ():

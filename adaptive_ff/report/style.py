@@ -72,6 +72,11 @@ class Panel:
     bands: Sequence[tuple[Series, Series, Series, str]] = ()  # times, lower and upper ends, colour
     shaded: tuple[float, float] | None = None  # part of the horizontal axis
 
+    @property
+    def looks(self) -> list[Look]:
+        """Looks of curves and lines."""
+        return [*(look for *_, look in self.curves), *(look for _, look in self.lines)]
+
 
 def picture(
     panels: Sequence[Panel],
@@ -101,10 +106,7 @@ def picture(
             last = below is None or not (shared or (below.span is not None and below.span == panel.span))
             axes.tick_params(labelbottom=last)
             axes.set_xlabel(xlabel if last else "")
-        named: dict[str, Look] = {}
-        for *_, look in [one for panel in panels for one in (*panel.curves, *panel.lines)]:
-            named.setdefault(str(look.get("label") or ""), look)
-        explain_looks(figure, [look for name, look in named.items() if name] if keys is None else keys)
+        explain_looks(figure, [look for panel in panels for look in panel.looks] if keys is None else keys)
         if source:
             stamp([figure], source)
     return figure, drawn
@@ -124,7 +126,7 @@ def _draw(axes: Axes, panel: Panel) -> None:
         curves = {str(look.get("label", "")): values for _, values, look in panel.curves}
         frame([axes], {"": np.asarray(panel.inside), **curves}, panel.cap)
     if panel.since is not None:
-        _make_logarithmic(axes, panel)
+        _make_logarithmic(axes, panel, panel.since)
     if panel.limits is not None:
         axes.set_ylim(panel.limits)
     if panel.span is not None:
@@ -151,8 +153,9 @@ def label_above(axes: Axes, text: str) -> None:
 
 
 def explain_looks(figure: Figure, looks: Iterable[Look]) -> None:
-    """Explain looks above all panels, where no data are, in as many rows as it takes."""
-    handles = [Line2D([], [], **look) for look in looks]
+    """Explain looks by their labels above all panels, where no data are, in as many rows as it takes."""
+    named = {str(look["label"]): look for look in looks if look.get("label")}
+    handles = [Line2D([], [], **look) for look in named.values()]
     widths = [0.5 + 0.075 * len(str(handle.get_label())) for handle in handles]  # roughly, in inches
     rows = math.ceil(sum(widths) / WIDTH)
     columns = len(handles) if rows == 1 else min(math.ceil(len(handles) / rows), int(WIDTH / max(widths)))
@@ -227,7 +230,7 @@ def name_those_beyond(axes: Axes, curves: Mapping[str, Series], limit: float) ->
     axes.annotate(", ".join(gone[:2]) + more, (1.0, 1.0), **place, ha="right", fontsize=8.0, color=QUIET)
 
 
-def _make_logarithmic(axes: Axes, panel: Panel) -> None:
+def _make_logarithmic(axes: Axes, panel: Panel, since: float) -> None:
     """Make a panel logarithmic, one to four decades, down to what it shows since a time; leave it where all is zero."""
     curves = {str(look["label"]): (time, values) for time, values, look in panel.curves}
     bounded = [curve for name, curve in curves.items() if name != UNBOUNDED] or list(curves.values())
@@ -236,7 +239,7 @@ def _make_logarithmic(axes: Axes, panel: Panel) -> None:
         return
     if UNBOUNDED in curves:
         name_those_beyond(axes, {UNBOUNDED: curves[UNBOUNDED][1]}, 1.3 * top)
-    shown = [values[(time >= panel.since) & (values > 0.0)] for time, values in bounded]
+    shown = [values[(time >= since) & (values > 0.0)] for time, values in bounded]
     low = min(float(np.min(values, initial=top)) for values in shown)
     low = min(max(low, 1e-4 * top) / 1.3, top / 5.0)
     axes.set_yscale("log", nonpositive="mask")

@@ -12,20 +12,11 @@ from typing import Any
 from rich.console import Console, ConsoleOptions, RenderResult
 from rich.text import Text
 
-PREFIXES = ("", "m", "µ", "n")
-"""By how many thousandths a unit is; a table has no larger units than those of the SI."""
-
-FIXED_UNITS = ("%", "°", "Hz")
-"""Units that have no prefix."""
-
-DEVIATIONS = 2.0
-"""What is shown of an uncertainty, to either side, standard deviations."""
-
-GAP = "  "
-"""Between columns."""
-
-MOST_LINES = 6
-"""Lines that a heading may take."""
+PREFIXES = ("", "m", "µ", "n")  # by how many thousandths a unit is; a table has no larger units than those of the SI
+FIXED_UNITS = ("%", "°", "Hz")  # units that have no prefix
+DEVIATIONS = 2.0  # what is shown of an uncertainty, to either side, standard deviations
+GAP = "  "  # between columns
+MOST_LINES = 6  # lines that a heading may take
 
 BOLD = ' style="font-weight: bold"'
 

@@ -21,8 +21,7 @@ if TYPE_CHECKING:
     from adaptive_ff.studies.matrix import Results
     from adaptive_ff.studies.motion import Excitation
 
-IMPROVEMENT = "over pi"
-"""Heading of the error of PI over that of the controller."""
+IMPROVEMENT = "over pi"  # heading of the error of PI over that of the controller
 
 LEGEND = f"{IMPROVEMENT}: settled error of pi over its own, above 1 is better; settled: last half"
 """What the columns of the tables of errors mean."""
@@ -30,8 +29,9 @@ LEGEND = f"{IMPROVEMENT}: settled error of pi over its own, above 1 is better; s
 AT_AN_END = {True: "slowest", False: "fastest"}
 """What is said beside a best bandwidth that is the first or the last of those that were tried."""
 
-END_LEGEND = "fastest: no faster loop has sound margins; slowest: no slower one was tried"
-"""What that means."""
+LEVELS = {"0.0": "worst", "0.5": "median", "1.0": "best"}  # of quantiles
+
+END_LEGEND = "fastest: no faster loop has sound margins; slowest: no slower one was tried"  # what that means
 
 MOST_COLUMNS, MOST_ROWS = 9, 16
 """Most controllers and scenarios whose every pair stands in a table on a terminal; of more it shows means."""
@@ -110,13 +110,12 @@ def comparison_tables(comparison: Comparison) -> list[Table]:
 def sweep_tables(result: Mapping[str, Any]) -> list[Table]:
     """Return the distributions that a sweep found, by how steeply friction falls, and of further controllers."""
     title = f"{result['draws']} draws, {result['refused']} of them refused; settled error, whole run, first 5 s"
-    quantiles, rows = result["quantiles"], []
-    for level in quantiles.get("improvement", {}):
-        mirrored = f"{round(1.0 - float(level), 6)}"
-        label = {"0.0": "worst", "0.5": "median", "1.0": "best"}.get(level, f"{100.0 * float(level):g} %")
-        direct = [quantiles[name][level] for name in ("improvement", "share_of_oracle")]
-        inverse = [1.0 / quantiles[name][mirrored] for name in ("whole_run", "start", "torque_variation")]
-        rows.append([label, *direct, *inverse])
+    quantiles = result["quantiles"]
+    names = ("improvement", "share_of_oracle", "whole_run", "start", "torque_variation")
+    rows = [
+        [LEVELS.get(level, f"{100.0 * float(level):g} %"), *(_gain(quantiles, name, level) for name in names)]
+        for level in quantiles.get("improvement", {})
+    ]
     heads = ["settled: pi / adaptive", "settled: oracle / adaptive", "whole run: pi / adaptive"]
     heads += ["first 5 s: pi / adaptive", "sum |du|: oracle / adaptive"]
     tables = [table(title, rows, {"quantile": None, **dict.fromkeys(heads, ("", 3))})]
@@ -137,19 +136,23 @@ def sweep_tables(result: Mapping[str, Any]) -> list[Table]:
     return tables
 
 
+def _gain(quantiles: Mapping[str, Any], name: str, level: str) -> float | None:
+    """Return a quantile of what is better above one; of errors over those of pi, the other end's inverse."""
+    if name not in quantiles:
+        return None
+    if name in ("improvement", "share_of_oracle"):
+        return float(quantiles[name][level])
+    return 1.0 / float(quantiles[name][f"{round(1.0 - float(level), 6)}"])
+
+
 def _further_table(own: Mapping[str, Any]) -> Table:
     """Return how further controllers fared in a sweep, pi over each."""
-    levels = {"worst": ("0.0", "1.0"), "median": ("0.5", "0.5"), "best": ("1.0", "0.0")}
-    rows: list[list[Cell]] = []
-    for name, found in own.items():
-        settled = (
-            [found["improvement"][level] for level, _ in levels.values()] if "improvement" in found else [None] * 3
-        )
-        whole = (
-            [1.0 / found["whole_run"][level] for _, level in levels.values()] if "whole_run" in found else [None] * 3
-        )
-        rows.append([name, *settled, *whole, found["failed"]])
-    heads = [f"{part} {level}" for part in ("settled", "whole run") for level in levels]
+    parts = {"settled": "improvement", "whole run": "whole_run"}
+    rows = [
+        [name, *(_gain(found, part, level) for part in parts.values() for level in LEVELS), found["failed"]]
+        for name, found in own.items()
+    ]
+    heads = [f"{part} {level}" for part in parts for level in LEVELS.values()]
     columns: Columns = {"controller": None, **dict.fromkeys((*heads, "failed"), ("", 3))}
     return table("Further controllers: error of pi over theirs", rows, columns, styles=highlights(own))
 

@@ -20,15 +20,12 @@ from adaptive_ff.errors import InputError
 from adaptive_ff.friction.model import unit_of
 from adaptive_ff.identify.result import LogIdentification
 from adaptive_ff.replay.replay import Replay
+from adaptive_ff.report.table import DEVIATIONS
 from controllers.arrays import NDArray
 
 Array = NDArray[np.float64]
 
-NANO = 1e9
-"""Nanoseconds in a second."""
-
-SPREAD = 2.0
-"""Standard deviations between an estimate and its bounds."""
+NANO = 1e9  # nanoseconds in a second
 
 
 class Part(NamedTuple):
@@ -80,7 +77,7 @@ def _of_run(run: Run) -> Iterator[Topic]:
         bounds = {}
         for name, spread in run.uncertainties.items():
             value = np.interp(at, run.time, run.estimates[name])
-            ends = {"lower": value - SPREAD * spread, "upper": value + SPREAD * spread}
+            ends = {"lower": value - DEVIATIONS * spread, "upper": value + DEVIATIONS * spread}
             bounds[name] = Part(unit_of(name), ends)
         yield Topic(f"/{run.name}/bounds", at, bounds)
 
