@@ -54,10 +54,8 @@ def clean(log: Log, *, linear: bool = False) -> Cleaned:
     period = median_step(log)
     if period >= TUNING.slowest:
         units = {"milliseconds": "1e-3", "microseconds": "1e-6", "nanoseconds": "1e-9"}
-        fitting = {
-            unit: factor for unit, factor in units.items() if TUNING.fastest <= period * float(factor) < TUNING.slowest
-        }
-        fitting = fitting or units
+        likely = {unit: one for unit, one in units.items() if TUNING.fastest <= period * float(one) < TUNING.slowest}
+        fitting = likely or units
         raise InputError(
             f"{log.name}: the sample time is {period:.4g} s; it must be less than {TUNING.slowest:g} s: "
             f"is the time in {' or '.join(fitting)}? Then {log.scaling('time', *fitting.values())}"
@@ -85,12 +83,12 @@ def with_clear_clock(log: Log) -> Done:
 
 def _goes_on(motion: Array, again: NDArray[np.bool_]) -> bool:
     """Tell whether a joint moves within a tick half as far as between ticks; rows written twice show noise alone."""
-    moved = np.abs(steps_of(motion))
-    known = np.isfinite(moved)
-    if not (known & again).any() or not (known & ~again).any():
+    moved, within = np.abs(steps_of(motion)), again[np.isfinite(steps_of(motion))]
+    moved = moved[np.isfinite(moved)]
+    if within.all() or not within.any():
         return False
-    moved = np.minimum(moved, np.quantile(moved[known], 0.99))  # the largest may be jumps or wraps
-    return bool(np.mean(moved[known & again]) > 0.5 * np.mean(moved[known & ~again]))
+    moved = np.minimum(moved, np.quantile(moved, 0.99))  # the largest may be jumps or wraps
+    return bool(np.mean(moved[within]) > 0.5 * np.mean(moved[~within]))
 
 
 def _even_clock(time: Array) -> tuple[Array, float] | None:

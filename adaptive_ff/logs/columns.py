@@ -22,8 +22,11 @@ USUAL = {
 }
 """Names that columns have where none are given; words with capitals, too, as ``Time``. A ``T`` may be a torque."""
 
-FASTEST_JOINT = 100.0
-"""Speed, rad/s, from which degrees are suspected."""
+FASTEST_JOINT = 100.0  # speed, rad/s, from which degrees are suspected
+PLACE = re.compile(r"(\[\d+\])?$")  # which series of an array is picked, at the end of the name of a column
+BEFORE = r"(?:^|[\s_.,:/\[({])"
+MILLIAMPERES = "mA"
+ROTARY, LINEAR, ANY = (False,), (True,), (False, True)
 
 TAKEN = {
     "time": ("seconds", "seconds"),
@@ -36,12 +39,6 @@ TAKEN = {
 OWN = {"position": ("rad", "m"), "velocity": ("rad/s", "m/s"), "torque": (r"n[\s*.·]?m", "n")}
 """How they are written in brackets, which tells the axis; an ``m`` that is not in brackets may be one of a motor."""
 
-PLACE = re.compile(r"(\[\d+\])?$")
-"""Which series of an array is picked, at the end of the name of a column."""
-
-BEFORE = r"(?:^|[\s_.,:/\[({])"
-MILLIAMPERES = "mA"
-ROTARY, LINEAR, ANY = (False,), (True,), (False, True)
 UNITS = (
     ("time", ANY, "milliseconds", "1e-3", "ms|msec|millis|milliseconds"),
     ("time", ANY, "microseconds", "1e-6", "us|µs|μs|usec|micros|microseconds"),

@@ -27,8 +27,7 @@ from adaptive_ff.logs.text_tables import read_table, reading
 Header = tuple[tuple[int, ...], np.dtype[Any]]
 """Shape and type of an array."""
 
-NANO = 1e-9
-"""Seconds in a nanosecond."""
+NANO = 1e-9  # seconds in a nanosecond
 
 JSON = SimpleNamespace(decoder_for=lambda encoding, schema: json.loads if encoding == "json" else None)
 """Makes decoders of JSON messages, as the library of MCAP asks for them."""
