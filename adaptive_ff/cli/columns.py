@@ -11,6 +11,7 @@ from adaptive_ff.cli.options import Columns, MeasuredColumns
 from adaptive_ff.errors import InputError
 
 if TYPE_CHECKING:
+    from adaptive_ff.logs.formats import Content
     from adaptive_ff.logs.log import Log
 
 
@@ -54,14 +55,14 @@ def chosen_columns(
     """
     from adaptive_ff.logs.columns import read_scales, with_units
 
-    columns, factors = _by_role(log, given, voltage, ending), read_scales(given.scale or [])
+    (columns, content), factors = _by_role(log, given, voltage, ending), read_scales(given.scale or [])
     if not isinstance(given, MeasuredColumns):
         motion = {role: column for role, column in columns.items() if role in ("time", "position")}
-        warn_of_units(with_units(log, motion), motion, factors, linear=linear)
+        warn_of_units(with_units(content, motion), motion, factors, linear=linear)
         return Chosen(columns, factors, given.period, False)
     constant, torque, together = given.torque_constant, columns["torque"], {**columns, **(further or {})}
     scales = _with_torque_constant(factors, torque, constant, resistance, is_voltage=voltage is not None)
-    named = with_units(log, together)
+    named = with_units(content, together)
     is_current = constant is None and is_in_amperes(named["torque"], factors.get(torque))
     if is_current and not takes_current:
         raise InputError(
@@ -71,9 +72,10 @@ def chosen_columns(
     return Chosen(columns, scales, given.period, is_current)
 
 
-def _by_role(log: Path, given: Columns, voltage: str | None, ending: str) -> dict[str, str]:
-    """Return the column of each role; where none is named, the one of a usual name."""
-    from adaptive_ff.logs.columns import column_names, usual_column
+def _by_role(log: Path, given: Columns, voltage: str | None, ending: str) -> "tuple[dict[str, str], Content]":
+    """Return the column of each role, where none is named, the one of a usual name; and what the file holds."""
+    from adaptive_ff.logs.columns import usual_column
+    from adaptive_ff.logs.formats import read_content
 
     velocity = given.velocity if isinstance(given, MeasuredColumns) else None
     for one, other, names in (
@@ -85,14 +87,13 @@ def _by_role(log: Path, given: Columns, voltage: str | None, ending: str) -> dic
             raise InputError(f"{names} are both given; give one of them")
     chosen = {"time": given.time, "position": given.position, "velocity": velocity, "torque": voltage or given.torque}
     columns = {role: column for role, column in chosen.items() if column is not None}
-    there: list[str] | None = None
+    content = read_content(log, ())
     for roles in (("time",), ("position", "velocity"), ("torque",)):
-        if any(role in columns for role in roles) or (roles == ("time",) and given.period is not None):
-            continue
-        there = column_names(log) if there is None else there
-        role, column = usual_column(log, there, roles, ending)
-        columns[role] = column
-    return columns if given.known_torque is None else {**columns, "known_torque": given.known_torque}
+        if not any(role in columns for role in roles) and not (roles == ("time",) and given.period is not None):
+            role, column = usual_column(log, content, roles, ending)
+            columns[role] = column
+    known = {} if given.known_torque is None else {"known_torque": given.known_torque}
+    return columns | known, content
 
 
 def _with_torque_constant(

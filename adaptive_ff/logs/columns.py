@@ -10,9 +10,8 @@ from pathlib import Path
 from typing import NamedTuple
 
 from adaptive_ff.errors import InputError
-from adaptive_ff.logs.formats import is_text, read_content
+from adaptive_ff.logs.formats import Content
 from adaptive_ff.logs.log import Log
-from adaptive_ff.logs.text_tables import table_units
 
 USUAL = {
     "time": ("time", "t", "timestamp"),
@@ -88,7 +87,7 @@ class Unit(NamedTuple):
     factor: str
 
 
-def usual_column(path: Path, names: Sequence[str], roles: Sequence[str], ending: str = "") -> tuple[str, str]:
+def usual_column(path: Path, content: Content, roles: Sequence[str], ending: str = "") -> tuple[str, str]:
     """Return role and column of the first role (keys of ``USUAL``) that has a column of a usual name.
 
     ``ending`` is that of the options that name columns, for messages.
@@ -100,24 +99,18 @@ def usual_column(path: Path, names: Sequence[str], roles: Sequence[str], ending:
     """
     for role in roles:
         for name in USUAL[role]:
-            written = [column for column in names if column == name or (len(name) > 1 and column.casefold() == name)]
+            long = len(name) > 1
+            written = [column for column in content.shapes if column == name or (long and column.casefold() == name)]
             if written:
                 return role, name if name in written else written[0]
     options = " or ".join(f"--{role}{ending}" for role in roles)
     usual = " or ".join(name for role in roles for name in USUAL[role])
-    there = read_content(path, ()).listed(names)
-    raise InputError(f"{path}: {options} must name a column, as none is called {usual}; there are {there}")
+    raise InputError(f"{path}: {options} must name a column, as none is called {usual}; there are {content.listed()}")
 
 
-def column_names(path: Path) -> list[str]:
-    """Return the names of all arrays of a file."""
-    return list(read_content(path, ()).shapes)
-
-
-def with_units(path: Path, columns: Mapping[str, str]) -> dict[str, str]:
-    """Return names of columns by role, with the units in brackets that a row below the header of a text file gives."""
-    units = table_units(path) if is_text(path) else {}
-    named = {column: f"{column} [{unit.strip('[](){} ')}]" for column, unit in units.items()}
+def with_units(content: Content, columns: Mapping[str, str]) -> dict[str, str]:
+    """Return names of columns by role, with the units in brackets that a row below the header gives."""
+    named = {column: f"{column} [{unit.strip('[](){} ')}]" for column, unit in content.units.items()}
     return {role: named.get(column, column) for role, column in columns.items()}
 
 

@@ -34,15 +34,19 @@ JSON = SimpleNamespace(decoder_for=lambda encoding, schema: json.loads if encodi
 
 
 class Content(NamedTuple):
-    """What a file holds: the shape of every array by name (of a column of text, empty), and the wanted arrays."""
+    """What a file holds: the shape of every array by name (of a column of text, empty), and the wanted arrays.
+
+    A table in text may have a row of units, by column.
+    """
 
     shapes: dict[str, tuple[int, ...]]
     arrays: dict[str, NDArray[Any]]
+    units: Mapping[str, str] = {}
 
-    def listed(self, names: Collection[str] | None = None) -> str:
-        """Return names, by default of all arrays, with shapes of those that hold several; ``none`` for no names."""
-        shapes = {name: self.shapes.get(name, ()) for name in (self.shapes if names is None else names)}
-        return ", ".join(name + (f" {shape}" if len(shape) > 1 else "") for name, shape in shapes.items()) or "none"
+    def listed(self) -> str:
+        """Return the names of all arrays, with shapes of those that hold several; ``none`` for no names."""
+        shown = (name + (f" {shape}" if len(shape) > 1 else "") for name, shape in self.shapes.items())
+        return ", ".join(shown) or "none"
 
 
 def read_content(path: Path, wanted: Collection[str]) -> Content:
@@ -63,14 +67,9 @@ def read_content(path: Path, wanted: Collection[str]) -> Content:
         return reader(path, wanted)
 
 
-def is_text(path: Path) -> bool:
-    """Tell whether a file is read as a table in text."""
-    return READERS.get(path.suffix.lower()) is _read_text
-
-
 def _read_text(path: Path, wanted: Collection[str]) -> Content:
-    names, columns = read_table(path, wanted)
-    return Content(dict.fromkeys(names, ()), dict(columns))
+    names, columns, units = read_table(path, wanted)
+    return Content(dict.fromkeys(names, ()), columns, units)
 
 
 def _read_npz(path: Path, wanted: Collection[str]) -> Content:
@@ -114,7 +113,7 @@ def _read_mat(path: Path, wanted: Collection[str]) -> Content:
     try:
         arrays = dict(_flatten(io.loadmat(path, simplify_cells=True)))
     except NotImplementedError:
-        shapes, arrays = _read_hdf5(path, wanted)
+        shapes, arrays, _ = _read_hdf5(path, wanted)
         return Content({name: one[::-1] for name, one in shapes.items()}, {name: one.T for name, one in arrays.items()})
     return Content({name: one.shape for name, one in arrays.items()}, arrays)
 

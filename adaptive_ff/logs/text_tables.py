@@ -54,8 +54,16 @@ def reading(path: Path) -> Iterator[None]:
         raise InputError(f"{path}: cannot be read: {reason or type(error).__name__}") from error
 
 
-def read_table(path: Path, wanted: Collection[str]) -> tuple[list[str], dict[str, NDArray[np.float64]]]:
-    """Return the names of all columns of a text file, and the wanted ones.
+class Table(NamedTuple):
+    """Names of all columns of a text file, the wanted ones, and units by name that a row below the header gives."""
+
+    names: list[str]
+    columns: dict[str, NDArray[np.float64]]
+    units: dict[str, str]
+
+
+def read_table(path: Path, wanted: Collection[str]) -> Table:
+    """Read some columns of a text file, those that there are.
 
     Cells are separated by commas, semicolons, tabs or blanks. Cells without a number become NaN, the first that holds
     words with a warning; ISO times become seconds from the first one.
@@ -66,14 +74,9 @@ def read_table(path: Path, wanted: Collection[str]) -> tuple[list[str], dict[str
         A name is there twice, a row of numbers has more cells than the header has names, or a quote is not closed.
     """
     layout = _layout(path)
-    return layout.names, _columns(path, layout, [name for name in wanted if name in layout.names])
-
-
-def table_units(path: Path) -> dict[str, str]:
-    """Return the units that a row below the header of a text file gives, by column; none without such a row."""
-    with reading(path):
-        layout = _layout(path)
-    return {name: unit for name, unit in zip(layout.names, layout.units, strict=False) if unit}
+    columns = _columns(path, layout, [name for name in wanted if name in layout.names])
+    units = {name: unit for name, unit in zip(layout.names, layout.units, strict=False) if unit}
+    return Table(layout.names, columns, units)
 
 
 def read_complete_table(path: Path, required: list[str], one_of: list[str]) -> dict[str, NDArray[np.float64]]:
@@ -172,7 +175,14 @@ def _columns(
             if "\n" in "".join(row):
                 line = number + layout.skipped
                 raise InputError(f"{path}: a quote that begins in or after line {line} is not closed in that line")
-            _check_width(path, layout, row, number)
+            beyond = layout.is_headed and any(map(str.strip, row[len(layout.names) :]))
+            if beyond and any(_is_number(cell, layout.comma) for cell in row):  # else a last line of words
+                width = max(place for place, cell in enumerate(row, 1) if cell.strip())
+                raise InputError(
+                    f"{path}: the header has {counted(len(layout.names), 'name')}, but row {number} has {width} cells: "
+                    "a column has no name (of numbers of rows, say), or commas stand for decimal points and between "
+                    "columns as well"
+                )
             if complete and not any(cell.strip() for cell in row):
                 continue
             for name, place in places.items():
@@ -192,18 +202,6 @@ def _columns(
         warnings.warn(f"{path}: {first} is no number{others}; such samples are left out", stacklevel=2)
     table = np.frombuffer(values, dtype=np.float64).reshape(-1, max(1, len(places))).copy()
     return {name: table[:, column] for column, name in enumerate(places)}
-
-
-def _check_width(path: Path, layout: Layout, row: list[str], number: int) -> None:
-    """Refuse a row with a number and a cell beyond those of the header; a last line of words is none."""
-    if layout.is_headed and any(map(str.strip, row[len(layout.names) :])):
-        width = max(place for place, cell in enumerate(row, 1) if cell.strip())
-        if any(_is_number(cell, layout.comma) for cell in row):
-            raise InputError(
-                f"{path}: the header has {counted(len(layout.names), 'name')}, but row {number} has {width} cells: a "
-                "column has no name (of numbers of rows, say), or commas stand for decimal points and between columns "
-                "as well"
-            )
 
 
 def _rows(stream: Iterator[str], separator: str) -> Iterator[list[str]]:
