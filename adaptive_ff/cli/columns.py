@@ -53,7 +53,7 @@ def chosen_columns(
     said. In place of a torque a motor's voltage and resistance (ohm) may stand. ``ending`` is that of the options that
     name columns, for messages; ``further`` holds further columns by role.
     """
-    from adaptive_ff.logs.columns import read_scales, with_units
+    from adaptive_ff.logs.columns import is_current, read_scales, with_units
 
     (columns, content), factors = _by_role(log, given, voltage, ending), read_scales(given.scale or [])
     if not isinstance(given, MeasuredColumns):
@@ -63,13 +63,13 @@ def chosen_columns(
     constant, torque, together = given.torque_constant, columns["torque"], {**columns, **(further or {})}
     scales = _with_torque_constant(factors, torque, constant, resistance, is_voltage=voltage is not None)
     named = with_units(content, together)
-    is_current = constant is None and is_in_amperes(named["torque"], factors.get(torque))
-    if is_current and not takes_current:
+    in_amperes = constant is None and is_current(named["torque"], factors.get(torque))
+    if in_amperes and not takes_current:
         raise InputError(
             f"{log}: the column {torque} seems to be a current in A; give --torque-constant, in N m/A (N/A)"
         )
     warn_of_units(named, together, factors, linear=linear)
-    return Chosen(columns, scales, given.period, is_current)
+    return Chosen(columns, scales, given.period, in_amperes)
 
 
 def _by_role(log: Path, given: Columns, voltage: str | None, ending: str) -> "tuple[dict[str, str], Content]":
@@ -114,20 +114,6 @@ def _with_torque_constant(
     return {**scales, torque: constant / (resistance or 1.0) * scales.get(torque, 1.0)}
 
 
-def is_in_amperes(named: str, factor: float | None) -> bool:
-    """Tell whether a column, named with its unit, is a current that the factor which a user gave makes no torque of.
-
-    One that turns milliamperes into amperes, or the sign, makes none.
-    """
-    from adaptive_ff.logs.columns import MILLIAMPERES, foreign_unit, is_current
-
-    if not is_current(named):
-        return False
-    unit = foreign_unit(named, "torque", linear=False)
-    into_amperes = 1e-3 if unit is not None and unit.name == MILLIAMPERES else 1.0
-    return factor is None or abs(factor) == into_amperes
-
-
 def warn_of_units(
     named: Mapping[str, str], columns: Mapping[str, str], scales: Mapping[str, float], *, linear: bool
 ) -> None:
@@ -139,21 +125,12 @@ def warn_of_units(
 
     taken = "linear" if linear else "rotary"
     for role, column in columns.items():
-        if column in scales:
-            continue
-        series = role.rpartition("_")[2]
-        other = unit_of_other_axis(named[role], series, linear=linear)
-        if other is not None:
-            warnings.warn(
-                f"the column {column} seems to be in {other}, but the axis is taken as {taken}; --linear, or axis = "
-                "'linear' in a scenario, is for axes in m and N",
-                stacklevel=2,
-            )
-            continue
-        unit = foreign_unit(named[role], series, linear=linear)
-        if unit is not None:
-            warnings.warn(
-                f"the column {column} seems to be in {unit.name}, but is taken as {unit.taken}: give "
-                f"--scale {shlex.quote(f'{column}={unit.factor}')}",
-                stacklevel=2,
-            )
+        name, series = named[role], role.rpartition("_")[2]
+        unit, said = foreign_unit(name, series, linear=linear), ""
+        if other := unit_of_other_axis(name, series, linear=linear):
+            axis = "--linear, or axis = 'linear' in a scenario, is for axes in m and N"
+            said = f"{other}, but the axis is taken as {taken}; {axis}"
+        elif unit is not None:
+            said = f"{unit.name}, but is taken as {unit.taken}: give --scale {shlex.quote(f'{column}={unit.factor}')}"
+        if said and column not in scales:
+            warnings.warn(f"the column {column} seems to be in {said}", stacklevel=2)

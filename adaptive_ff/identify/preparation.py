@@ -22,7 +22,7 @@ from adaptive_ff.identify.motion import (
 )
 from adaptive_ff.identify.regression import Fit, Folds, Model, sums
 from adaptive_ff.logs.cleaning import clean, lacking_column
-from adaptive_ff.logs.defects import Skipped, Span, median_step, usable_segments
+from adaptive_ff.logs.defects import Skipped, median_step, usable_segments
 from adaptive_ff.logs.log import KNOWN, Log
 from controllers.arrays import NDArray
 
@@ -130,7 +130,7 @@ def prepare(
         found=found,
         rotary=not linear,
         delay_known=torque_delay is not None,
-        used=sum(span.size for span in spans),
+        used=sum(len(span) for span in spans),
         skipped=skipped,
         said=sound.said,
     )
@@ -173,7 +173,7 @@ def _filtered(name: str, segments: list[Segment], band: float, found: Spectrum) 
     return {"rows": rows, "fold": np.arange(count) * folds // count, "band": band, "fast": fast, **joined}
 
 
-def _segment(log: Log, span: Span, period: float, delay: float) -> Segment:
+def _segment(log: Log, span: range, period: float, delay: float) -> Segment:
     """Return a segment at even times; a velocity is summed up to a position."""
     part = slice(span.start, span.stop)
     time = log.time[part]
@@ -201,7 +201,7 @@ def _check(log: Log) -> None:
             )
 
 
-def _check_content(given: Log, log: Log, spans: list[Span], skipped: list[Skipped], *, linear: bool) -> None:
+def _check_content(given: Log, log: Log, spans: list[range], skipped: list[Skipped], *, linear: bool) -> None:
     """Refuse a log without a usable segment, without motion or without torque."""
     if not spans:
         worst = max(skipped, key=lambda skip: skip.stop - skip.start).reason if skipped else "there is none at all"
@@ -213,13 +213,13 @@ def _check_content(given: Log, log: Log, spans: list[Span], skipped: list[Skippe
         (log.moving, "it must move to be identified"),
         ("torque", f"it must be that of the drive{hint}"),
     ):
-        parts = [log.series[role][start:stop] for start, stop in spans]
+        parts = [log.series[role][span.start : span.stop] for span in spans]
         low = float(parts[0][0])
         if all(np.all(part == low) for part in parts):
             raise InputError(f"{log.name}: the {role} is {low + 0.0:g} all over; {rule}")  # -0 is 0
     if log.position is None:
         return
-    parts = [log.position[start:stop] for start, stop in spans]
+    parts = [log.position[span.start : span.stop] for span in spans]
     steps = sum(float(np.sum(np.diff(one) ** 2)) for one in parts)
     spread = sum(float(np.sum((one - np.mean(one)) ** 2)) for one in parts)
     if steps > NOISE_ALONE * 2.0 * spread:

@@ -136,10 +136,15 @@ def unit_of_other_axis(column: str, role: str, *, linear: bool) -> str | None:
     return found[1] if found else None
 
 
-def is_current(column: str) -> bool:
-    """Tell whether the name of a column says that it is a current."""
+def is_current(column: str, factor: float | None = None) -> bool:
+    """Tell whether the name of a column says that it is a current, and its factor makes no torque of it.
+
+    A factor that turns milliamperes into amperes, or the sign, makes none.
+    """
     unit = foreign_unit(column, "torque", linear=False)
-    return CURRENT.search(_plain(column)) is not None or (unit is not None and unit.name == MILLIAMPERES)
+    is_milli = unit is not None and unit.name == MILLIAMPERES
+    amperes = 1e-3 if is_milli else 1.0
+    return (is_milli or bool(CURRENT.search(_plain(column)))) and (factor is None or abs(factor) == amperes)
 
 
 def in_degrees(log: Log, speed: float, *, linear: bool) -> list[str]:

@@ -41,18 +41,6 @@ class Tuning(NamedTuple):
 TUNING = Tuning()
 
 
-class Span(NamedTuple):
-    """Samples ``start`` to ``stop - 1`` of a log, without a defect among them."""
-
-    start: int
-    stop: int
-
-    @property
-    def size(self) -> int:
-        """Number of samples."""
-        return self.stop - self.start
-
-
 class Skipped(NamedTuple):
     """What was not used: samples ``start`` to ``stop - 1``, and why."""
 
@@ -98,7 +86,7 @@ def longest_step(time: Array) -> float:
     return max(TUNING.gap * float(np.median(forward)), times * float(np.quantile(forward, fraction)))
 
 
-def usable_segments(log: Log, shortest: int = 2) -> tuple[list[Span], list[Skipped]]:
+def usable_segments(log: Log, shortest: int = 2) -> tuple[list[range], list[Skipped]]:
     """Cut a log where values are not finite, the clock stands, jumps back or leaves a gap, and the position jumps.
 
     Returns the segments of at least so many samples, and what is skipped, in order; a jump of the clock skips no
@@ -121,11 +109,11 @@ def usable_segments(log: Log, shortest: int = 2) -> tuple[list[Span], list[Skipp
     jumps = find_jumps(log)
     skipped += [one for one in jumps if between[one.start - 1] and not broken[one.start - 1]]
     broken[[one.start - 1 for one in jumps]] = True
-    segments: list[Span] = []
+    segments: list[range] = []
     edges = np.flatnonzero(broken | (finite[1:] != finite[:-1])) + 1
     for begin, end in pairwise([0, *edges.tolist(), finite.size]):
         if finite[begin] and end - begin >= shortest:
-            segments.append(Span(begin, end))
+            segments.append(range(begin, end))
         elif finite[begin]:
             reason = f"a segment of {counted(end - begin, 'sample')}; {shortest} are needed"
             skipped.append(Skipped(begin, end, reason))

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from adaptive_ff import InputError
-from adaptive_ff.logs.defects import Skipped, Span, runs, usable_segments
+from adaptive_ff.logs.defects import Skipped, runs, usable_segments
 from adaptive_ff.logs.log import Log
 
 SIZE = 60
@@ -20,14 +20,14 @@ def make_log(**changes):
 
 
 def test_sound_log_is_one_piece():
-    assert usable_segments(make_log()) == ([Span(0, SIZE)], [])
+    assert usable_segments(make_log()) == ([range(0, SIZE)], [])
 
 
 @pytest.mark.parametrize("name", ["time", "torque", "position"])
 @pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
 def test_stretch_without_numbers_is_skipped_and_the_rest_is_used(name, value):
     segments, skipped = usable_segments(make_log(**{name: (slice(20, 25), value)}))
-    assert segments == [Span(0, 20), Span(25, SIZE)]
+    assert segments == [range(0, 20), range(25, SIZE)]
     assert skipped == [Skipped(20, 25, "values that are no finite numbers")]
 
 
@@ -35,7 +35,7 @@ def test_clock_that_jumps_back_cuts_and_skips_nothing():
     log = make_log()
     log.time[30:] -= 0.2
     segments, skipped = usable_segments(log)
-    assert segments == [Span(0, 30), Span(30, SIZE)]
+    assert segments == [range(0, 30), range(30, SIZE)]
     assert skipped == [Skipped(30, 30, "the clock jumps back, from 0.29 s to 0.1 s")]
 
 
@@ -44,19 +44,19 @@ def test_gap_and_standing_clock_cut(shift, what):
     log = make_log()
     log.time[30:] += shift
     segments, skipped = usable_segments(log)
-    assert segments == [Span(0, 30), Span(30, SIZE)]
+    assert segments == [range(0, 30), range(30, SIZE)]
     assert [what in skip.reason for skip in skipped] == [True]
 
 
 def test_jitter_does_not_cut():
     log = make_log()
     log.time[1:-1] += 0.004 * np.sin(np.arange(1, SIZE - 1))
-    assert usable_segments(log)[0] == [Span(0, SIZE)]
+    assert usable_segments(log)[0] == [range(0, SIZE)]
 
 
 def test_short_piece_is_skipped_with_its_length():
     segments, skipped = usable_segments(make_log(torque=([10, 14], np.nan)), shortest=5)
-    assert segments == [Span(15, SIZE)] or segments == [Span(0, 10), Span(15, SIZE)]
+    assert segments == [range(15, SIZE)] or segments == [range(0, 10), range(15, SIZE)]
     assert Skipped(11, 14, "a segment of 3 samples; 5 are needed") in skipped
 
 
