@@ -27,6 +27,9 @@ from adaptive_ff.logs.text_tables import read_table, reading
 Header = tuple[tuple[int, ...], np.dtype[Any]]
 """Shape and type of an array."""
 
+Messages = Iterator[tuple[int, Any]]
+"""Time, ns, and content of each message."""
+
 NANO = 1e-9  # seconds in a nanosecond
 
 JSON = SimpleNamespace(decoder_for=lambda encoding, schema: json.loads if encoding == "json" else None)
@@ -177,12 +180,11 @@ def _read_mcap(path: Path, wanted: Collection[str]) -> Content:
         for number, channel in summary.channels.items():
             if channel.topic in counts:
                 counts[channel.topic] += summary.statistics.channel_message_counts.get(number, 0)
-        return _collected(
-            path,
-            wanted,
-            counts,
-            lambda topic: ((one[2].log_time, one[3]) for one in reader.iter_decoded_messages(topics=[topic])),
-        )
+
+        def messages(topic: str) -> Messages:
+            return ((one[2].log_time, one[3]) for one in reader.iter_decoded_messages(topics=[topic]))
+
+        return _collected(path, wanted, counts, messages)
 
 
 def _read_bag(path: Path, wanted: Collection[str]) -> Content:
@@ -193,24 +195,19 @@ def _read_bag(path: Path, wanted: Collection[str]) -> Content:
         raise InputError(f"{path}: there is no metadata.yaml beside it; run ros2 bag reindex on its folder")
     types = typesys.get_typestore(typesys.Stores.LATEST)
     with highlevel.AnyReader([path.parent if is_folder else path], default_typestore=types) as reader:
-        return _collected(
-            path,
-            wanted,
-            {topic: one.msgcount for topic, one in reader.topics.items()},
-            lambda topic: (
-                (stamp, reader.deserialize(raw, link.msgtype))
-                for link, stamp, raw in reader.messages(connections=reader.topics[topic].connections)
-            ),
-        )
+        topics = reader.topics
+
+        def messages(topic: str) -> Messages:
+            raw = reader.messages(connections=topics[topic].connections)
+            return ((stamp, reader.deserialize(content, link.msgtype)) for link, stamp, content in raw)
+
+        return _collected(path, wanted, {name: topic.msgcount for name, topic in topics.items()}, messages)
 
 
 def _collected(
-    path: Path,
-    wanted: Collection[str],
-    counts: Mapping[str, int],
-    messages: Callable[[str], Iterator[tuple[int, Any]]],
+    path: Path, wanted: Collection[str], counts: Mapping[str, int], messages: Callable[[str], Messages]
 ) -> Content:
-    """Return what messages hold, by their number and by time, ns, and content of those of each topic.
+    """Return what messages hold, by their number and by the messages of each topic.
 
     Shapes are those of the first message of each topic, and a wanted series must have its own throughout.
     """
