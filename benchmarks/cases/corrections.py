@@ -45,13 +45,8 @@ def squared_error(controller: Controller, rule: Rule, joint: Joint, plan: Array,
         correction = CORRECTION * rule(sample, state.position) if begun else 0.0
         if begun:
             errors.append(plan[sample] + correction - state.velocity)
-        torque = controller.step(
-            plan[sample],
-            state.velocity + noise[sample],
-            next_reference=plan[sample + 1],
-            correction=correction,
-            position=state.position,
-        )
+        given = {"next_reference": plan[sample + 1], "correction": correction, "position": state.position}
+        torque = controller.step(plan[sample], state.velocity + noise[sample], **given)
         for _ in range(steps):
             joint.step(min(max(torque, -LIMIT), LIMIT), period / steps)
     return float(np.mean(np.square(errors)))

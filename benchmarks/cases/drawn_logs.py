@@ -124,16 +124,13 @@ def draw_friction(generator: np.random.Generator, kind: str, coulomb: float, vis
     if kind == "maxwell":
         paths = [top * between(generator, 3e-4, 3e-2) for _ in range(3)]
         shares = generator.dirichlet(np.ones(3))
-        bristles = sum(
-            part * _over_path(velocity, coulomb * sign, path) for part, path in zip(shares, paths, strict=True)
-        )
-        return Law(static, bristles + viscous * velocity)
+        limit, parts = coulomb * sign, zip(shares, paths, strict=True)
+        return Law(static, sum(part * _over_path(velocity, limit, path) for part, path in parts) + viscous * velocity)
     if kind == "power":
         static = coulomb * sign + viscous * top * sign * (speed / top) ** generator.uniform(0.4, 1.6)
     if kind == "smooth":
-        static = (
-            coulomb * (2.0 / np.pi) * np.arctan(velocity / (top * between(generator, 0.005, 0.05))) + viscous * velocity
-        )
+        slow = top * between(generator, 0.005, 0.05)
+        static = coulomb * (2.0 / np.pi) * np.arctan(velocity / slow) + viscous * velocity
     if kind == "warming":
         warm = 1.0 + generator.uniform(-0.3, 0.3) * np.exp(-(motion.time + 1.0) / between(generator, 5.0, 100.0))
         return Law(static, static * warm)

@@ -111,14 +111,8 @@ def rest_figures(
     """Return tracking ratios, and ``rest_velocity`` and ``rest_torque``: at rest over what PI's allow."""
     velocity, steps = max(1.2 * rest["pi"][0], RESOLUTION * rate), max(1.2 * rest["pi"][1], QUIET_TORQUE)
     tracked = figures_of(errors)
-    return {
-        name: {
-            **tracked[name],
-            "rest_velocity": rest[name][0] / velocity,
-            "rest_torque": rest[name][1] / steps,
-        }
-        for name in rest
-    }
+    held = {name: {"rest_velocity": own[0] / velocity, "rest_torque": own[1] / steps} for name, own in rest.items()}
+    return {name: tracked[name] | one for name, one in held.items()}
 
 
 cascades = seeded(run_case, held_joints())

@@ -38,15 +38,11 @@ def run_scenario(name: str, seeds: list[int], controllers: list[str]) -> Found:
             continue
         best = find_own_bandwidth(scenario, CONTROLLERS[controller])
         own = [with_bandwidth(one, best.best) for one in reported]
-        found[controller] = {
-            "error": _median(reported, controller),
-            "own_error": _median(own, controller),
-            "own_bandwidth": best.best,
-        }
+        errors = {"error": _median(reported, controller), "own_error": _median(own, controller)}
+        found[controller] = errors | {"own_bandwidth": best.best}
+    gains, base = {"error": "gain", "own_error": "own_gain"}, found["pi"]
     for one in found.values():
-        for error, gain in (("error", "gain"), ("own_error", "own_gain")):
-            if error in one:
-                one[gain] = found["pi"][error] / one[error]
+        one |= {gain: base[error] / one[error] for error, gain in gains.items() if error in one}
     return {"": {"row": name}, **found}
 
 

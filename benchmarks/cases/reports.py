@@ -15,6 +15,7 @@ from typing import Any
 from adaptive_ff.studies.study import Found
 from benchmarks.suite import pooled, seeded
 
+FIRST_NUMBER = re.compile(r"-?\d+(?:\.\d+)?(?:e[-+]?\d+)?|$")  # of a text, or its end
 Figures = dict[str, list[float]]
 
 
@@ -37,9 +38,7 @@ def figures_of(rows: Iterable[Row]) -> Figures:
     """Return the numbers of rows by what was measured, and ``met``."""
     figures: Figures = {"met": []}
     for row in rows:
-        number = (
-            re.search(r"-?\d+(?:\.\d+)?(?:e[-+]?\d+)?|$", row.value)[0] if isinstance(row.value, str) else row.value
-        )
+        number = FIRST_NUMBER.search(row.value)[0] if isinstance(row.value, str) else row.value
         if number != "":
             figures[re.sub(r"\W+", "_", row.quantity).strip("_")] = [float(number)]
         if row.met is not None:

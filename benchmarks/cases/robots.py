@@ -112,10 +112,8 @@ def multisines(axes: Sequence[Axis], seed: int, duration: float, period: float) 
     """Draw a sum of sines for each axis, which rises from rest and keeps within its swing."""
     time = period * np.arange(round(duration / period) + 1)
     fraction = np.clip(time / FADE, 0.0, 1.0)
-    rise, slope = (
-        fraction**3 * (10.0 - 15.0 * fraction + 6.0 * fraction**2),
-        30.0 * fraction**2 * (1.0 - fraction) ** 2 / FADE,
-    )
+    rise = fraction**3 * (10.0 - 15.0 * fraction + 6.0 * fraction**2)
+    slope = 30.0 * fraction**2 * (1.0 - fraction) ** 2 / FADE
     velocity, position = np.zeros((2, time.size, len(axes)))
     for place, axis in enumerate(axes):
         generator = np.random.default_rng([seed, place, 5])

@@ -144,10 +144,10 @@ def commands() -> dict[str, float]:
         command = [sys.executable, "-m", "adaptive_ff"]
         compare = [*command, "compare", "--out", str(Path(folder, "out"))]
         return {
-            "help": float(np.median([_elapsed([*command, "--help"], fresh) for _ in range(5)])),
-            "first_compare": _elapsed(compare, fresh),
-            "later_compare": float(np.median([_elapsed(compare, fresh) for _ in range(3)])),
-            "first_step": float(np.median([_elapsed([sys.executable, "-c", FIRST_STEP], fresh) for _ in range(5)])),
+            "help": np.median([timed([*command, "--help"], env=fresh)[0] for _ in range(5)]).item(),
+            "first_compare": timed(compare, env=fresh)[0],
+            "later_compare": np.median([timed(compare, env=fresh)[0] for _ in range(3)]).item(),
+            "first_step": np.median([timed([sys.executable, "-c", FIRST_STEP], env=fresh)[0] for _ in range(5)]).item(),
         }
 
 
@@ -176,10 +176,8 @@ def sweeping() -> dict[str, float]:
 
     times = in_turn({name: partial(sweep, *way) for name, way in ways.items()}, 3)
     figures = {name: one["median"] for name, one in times.items()}
-    return figures | {
-        "ratio": figures["threads"] / figures["one"],
-        "of_processes": figures["processes"] / figures["one"],
-    }
+    one = figures["one"]
+    return figures | {"ratio": figures["threads"] / one, "of_processes": figures["processes"] / one}
 
 
 def installed() -> dict[str, float]:
@@ -220,25 +218,22 @@ def first_commands() -> dict[str, float]:
             kept = {key: value for key, value in os.environ.items() if key not in ("CC", *CACHES)}
             there = {"cwd": home, "env": {**kept, "HOME": str(home), "PATH": path}}
             wheels = list(Path(folder, "with_compiler").glob("*.whl"))
-            found[name] = _shell(FIRST_COMMAND.format(what=wheels[0] if name == "from_wheel" else source), **there)
+            what = wheels[0] if name == "from_wheel" else source
+            found[name], _ = timed(FIRST_COMMAND.format(what=what), shell=True, **there)
             if name == "with_compiler":
                 there["env"] = {**there["env"], "ADAPTIVE_FF_AHEAD": "1"}
-                _shell(AHEAD.format(what=source), **there)
+                timed(AHEAD.format(what=source), shell=True, **there)
     return found
 
 
-def _shell(command: str, **there: Any) -> float:
+def timed(command: str | list[str], **there: Any) -> tuple[float, str]:
+    """Return the time of a command, a process of its own (s), and what it prints."""
     begin = time.perf_counter()
-    done = subprocess.run(command, shell=True, capture_output=True, text=True, check=False, **there)
+    done = subprocess.run(command, capture_output=True, text=True, check=False, **there)
+    spent = time.perf_counter() - begin
     if done.returncode:
         raise InputError(f"{command}: {done.stderr.strip().rpartition(chr(10))[2]}")
-    return time.perf_counter() - begin
-
-
-def _elapsed(command: list[str], environment: dict[str, str]) -> float:
-    begin = time.perf_counter()
-    subprocess.run(command, env=environment, check=True, capture_output=True)
-    return time.perf_counter() - begin
+    return spent, done.stdout
 
 
 def log_read() -> dict[str, float]:
@@ -264,10 +259,8 @@ def replayed() -> dict[str, float]:
         noise = 0.05 * np.random.default_rng(101).standard_normal(time_.size)
         np.savez(path, time=time_, velocity=velocity, torque=torque + noise)
         command = [sys.executable, "-c", REPLAY, "replay", str(path), "--out", str(Path(folder, "out"))]
-        begin = time.perf_counter()
-        done = subprocess.run(command, check=True, capture_output=True, text=True)
-        spent = time.perf_counter() - begin
-        return {"median": spent, "memory": 1024.0 * float(done.stdout.splitlines()[-1]) / path.stat().st_size}
+        spent, printed = timed(command)
+        return {"median": spent, "memory": 1024.0 * float(printed.splitlines()[-1]) / path.stat().st_size}
 
 
 def listed() -> Rows:

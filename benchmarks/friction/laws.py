@@ -21,9 +21,7 @@ from plant import STEP_JOINT, ElastoPlasticJoint, LuGreJoint, MaxwellJoint, Roll
 
 HEAVY = 1e12  # inertia of the joint that is pushed along, kg
 STEP = 0.005  # solver period that the joints are checked for, s; the record's is the same but for a few samples
-DATA = (
-    Path(__file__).resolve().parents[3] / "shared" / "data" / "tribometer_presliding" / "reciprocating_presliding.npz"
-)
+DATA = Path(__file__).resolve().parents[3] / "shared/data/tribometer_presliding/reciprocating_presliding.npz"
 
 LOADED = 4.9  # normal load from which on the contact counts as loaded, N
 RUN_IN = 15.0  # time that is left out: the load is put on and the first stroke begins elsewhere, s

@@ -6,6 +6,7 @@ import resource
 import shutil
 import subprocess
 import sys
+from functools import partial
 from pathlib import Path
 
 from benchmarks.mutation.operators import Mutant
@@ -62,15 +63,9 @@ class Copy:
     def _failed(self, tests: list[str]) -> str | None:
         limit = PATIENCE if tests[0].startswith(FIGURES) else LIMIT
         command = [sys.executable, "-m", "pytest", *OPTIONS, *tests]
-        done = subprocess.run(
-            command,
-            check=False,
-            cwd=self._root,
-            env=self._environment,
-            capture_output=True,
-            text=True,
-            preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_CPU, (limit, limit)),
-        )
+        within = partial(resource.setrlimit, resource.RLIMIT_CPU, (limit, limit))
+        where = {"cwd": self._root, "env": self._environment, "preexec_fn": within}
+        done = subprocess.run(command, capture_output=True, text=True, check=False, **where)
         if done.returncode < 0:
             return NO_END if tests == [FIGURES] else None
         found = re.search(r"^(?:FAILED|ERROR) (\S+)", done.stdout, re.M)

@@ -334,9 +334,8 @@ def figure_12(record: Record, series: Series, form: Form) -> Figure:
         axes.plot(time, coefficients[:, place], **THIN)
         axes.axhline(offline, **LEVEL)
         axes.axhline(true[place], **TRUE_LOOK)
-        shown = np.append(
-            np.quantile(coefficients[time > 0.1 * ONLINE_SHOWN, place], QUANTILES), (true[place], offline)
-        )
+        often = np.quantile(coefficients[time > 0.1 * ONLINE_SHOWN, place], QUANTILES)
+        shown = np.append(often, (true[place], offline))
         axes.set_ylim(np.min(shown) - 0.15 * np.ptp(shown), np.max(shown) + 0.15 * np.ptp(shown))
         label(axes, f"{name} (SI units)")
     for place, name in enumerate(ESTIMATED):

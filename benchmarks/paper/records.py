@@ -104,13 +104,9 @@ def build_robot_setup(
 ) -> RunSetup:
     """Lay down the reference, the noise (rad/s) and the samples of a drive."""
     samples = sample_steps(duration, uniform=uniform)
-    return build_plain_setup(
-        SCENARIO.joint,
-        samples,
-        _multisine(seed, duration)[: samples[-1] + 1],
-        noise * np.random.default_rng([seed, 1]).standard_normal(samples.size - 1),
-        SCENARIO.actuator,
-    )
+    reference = _multisine(seed, duration)[: samples[-1] + 1]
+    sensed = noise * np.random.default_rng([seed, 1]).standard_normal(samples.size - 1)
+    return build_plain_setup(SCENARIO.joint, samples, reference, sensed, SCENARIO.actuator)
 
 
 @cache

@@ -62,12 +62,8 @@ def simulate_drives(velocities: Array, seed: int) -> SupportPoints:
     generator = np.random.default_rng([seed, 0])
     speeds, torques = np.empty((velocities.size, READINGS)), np.empty((velocities.size, READINGS))
     for place, velocity in enumerate(velocities):
-        setup = build_plain_setup(
-            SCENARIO.joint,
-            EVERY * np.arange(count + 1, dtype=np.int64),
-            np.full(EVERY * count + 1, velocity),
-            SCENARIO.sensor.draw(count, generator),
-        )
+        samples, plan = EVERY * np.arange(count + 1, dtype=np.int64), np.full(EVERY * count + 1, velocity)
+        setup = build_plain_setup(SCENARIO.joint, samples, plan, SCENARIO.sensor.draw(count, generator))
         controller, record = PI(*SCENARIO.feedback.gains, PERIOD), empty_record(setup, 0)
         start = start_position(setup, 0.0)
         run_compiled(controller.parameters, controller.state, setup, start, count, record)
