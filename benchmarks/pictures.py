@@ -21,8 +21,6 @@ FOLDER = Path(__file__).resolve().parent / "pictures"
 FROM_PAPER = ("figure_04", "figure_12")
 COMMAND = "python -m benchmarks.pictures"
 COLOURS = 64  # colours of a picture: enough for curves, and a third of the bytes
-
-
 MAGNIFIED = 10  # errors of the tip over those of the path that is drawn
 
 
