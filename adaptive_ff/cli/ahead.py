@@ -12,6 +12,7 @@ import tempfile
 from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor
 from functools import partial
+from operator import call
 from pathlib import Path
 from typing import Any
 
@@ -80,11 +81,6 @@ def jobs() -> list[Callable[[], None]]:
     found += [partial(compile_steps, name, length) for name in kinds.values() for length in LENGTHS]
     found += [partial(compile_loop, joint, each) for joint in joints.values() for each in ESTIMATORS]
     return found
-
-
-def call(job: Callable[[], None]) -> None:
-    """Do one job."""
-    job()
 
 
 def main(target: Path) -> None:

@@ -71,8 +71,8 @@ def read_content(path: Path, wanted: Collection[str]) -> Content:
 
 
 def _read_text(path: Path, wanted: Collection[str]) -> Content:
-    names, columns, units = read_table(path, wanted)
-    return Content(dict.fromkeys(names, ()), columns, units)
+    layout, columns = read_table(path, wanted)
+    return Content(dict.fromkeys(layout.names, ()), columns, layout.units)
 
 
 def _read_npz(path: Path, wanted: Collection[str]) -> Content:

@@ -29,15 +29,15 @@ class Layout(NamedTuple):
     """How a table is written.
 
     Names of its columns, separator (empty for blanks), whether decimals have a comma, lines before the first row, units
-    of a row below the header, and whether there is a header.
+    by column of a row below the header, and whether there is a header.
     """
 
     names: list[str]
     separator: str
     comma: bool
     skipped: int
-    units: tuple[str, ...] = ()
-    is_headed: bool = False
+    units: dict[str, str]
+    is_headed: bool
 
 
 @contextmanager
@@ -54,16 +54,8 @@ def reading(path: Path) -> Iterator[None]:
         raise InputError(f"{path}: cannot be read: {reason or type(error).__name__}") from error
 
 
-class Table(NamedTuple):
-    """Names of all columns of a text file, the wanted ones, and units by name that a row below the header gives."""
-
-    names: list[str]
-    columns: dict[str, NDArray[np.float64]]
-    units: dict[str, str]
-
-
-def read_table(path: Path, wanted: Collection[str]) -> Table:
-    """Read some columns of a text file, those that there are.
+def read_table(path: Path, wanted: Collection[str]) -> tuple[Layout, dict[str, NDArray[np.float64]]]:
+    """Return how a text file is written, and those of the wanted columns that there are.
 
     Cells are separated by commas, semicolons, tabs or blanks. Cells without a number become NaN, the first that holds
     words with a warning; ISO times become seconds from the first one.
@@ -74,9 +66,7 @@ def read_table(path: Path, wanted: Collection[str]) -> Table:
         A name is there twice, a row of numbers has more cells than the header has names, or a quote is not closed.
     """
     layout = _layout(path)
-    columns = _columns(path, layout, [name for name in wanted if name in layout.names])
-    units = {name: unit for name, unit in zip(layout.names, layout.units, strict=False) if unit}
-    return Table(layout.names, columns, units)
+    return layout, _columns(path, layout, [name for name in wanted if name in layout.names])
 
 
 def read_complete_table(path: Path, required: list[str], one_of: list[str]) -> dict[str, NDArray[np.float64]]:
@@ -128,10 +118,11 @@ def _layout(path: Path, *, has_header: bool = False) -> Layout:
     if has_header or not all(_is_number(cell, comma) for cell in first):
         known = [[_is_number(cell, comma) for cell in row if cell.lower() not in UNKNOWN] for row in rows]
         has_units = not has_header and len(rows) == 2 and known[0] != [] and not any(known[0]) and any(known[1])
-        units = tuple(rows[0]) if has_units else ()
+        units = {name: unit for name, unit in zip(first, rows[0], strict=False) if unit} if has_units else {}
         return Layout(first, separator, comma, ends[1 + has_units], units, is_headed=True)
     names = _cells(comment, _separator(comment))
-    return Layout(names if len(names) == len(first) else list(map(str, range(len(first)))), separator, comma, ends[0])
+    names = names if len(names) == len(first) else list(map(str, range(len(first))))
+    return Layout(names, separator, comma, ends[0], {}, is_headed=False)
 
 
 def _separator(line: str) -> str:

@@ -32,8 +32,8 @@ def test_table_in_utf_16_is_read_by_its_mark(order, tmp_path):
     mark = "" if order == "utf-16" else "\ufeff"
     path = tmp_path / "log.txt"
     path.write_bytes((mark + "t\tq\tu\n0,0\t1,5\t-2\n0,1\t1,25\t30\n").encode(order))
-    names, columns, _ = read_table(path, ["t", "q", "u"])
-    assert names == ["t", "q", "u"]
+    layout, columns = read_table(path, ["t", "q", "u"])
+    assert layout.names == ["t", "q", "u"]
     assert columns["q"].tolist() == [1.5, 1.25]
     assert columns["u"].tolist() == [-2.0, 30.0]
 
@@ -42,8 +42,8 @@ def test_table_in_utf_16_is_read_by_its_mark(order, tmp_path):
 def test_numbers_of_fortran_in_double_precision_are_read(header, tmp_path):
     path = tmp_path / "log.dat"
     path.write_text(f"{header}0.0D+00 1.5d0 -.2D+01\n1.D-01 1.25D0 0.3D+02\n", encoding="utf-8")
-    names, columns, _ = read_table(path, ["t", "q", "u"] if header else ["0", "1", "2"])
-    values = [columns[name].tolist() for name in names]
+    layout, columns = read_table(path, ["t", "q", "u"] if header else ["0", "1", "2"])
+    values = [columns[name].tolist() for name in layout.names]
     assert values == [[0.0, 0.1], [1.5, 1.25], [-2.0, 30.0]]
 
 
@@ -51,8 +51,8 @@ def test_numbers_of_fortran_in_double_precision_are_read(header, tmp_path):
 def test_table_is_read_however_it_is_written(way, tmp_path):
     path = tmp_path / "log.csv"
     path.write_text(WAYS[way], encoding="utf-8")
-    names, columns, _ = read_table(path, ["u", "t", "missing", "q"])
-    assert names == ["t", "q", "u"]
+    layout, columns = read_table(path, ["u", "t", "missing", "q"])
+    assert layout.names == ["t", "q", "u"]
     assert {name: column.tolist() for name, column in columns.items()} == {
         "u": [-2.0, 30.0],
         "t": [0.0, 0.1],
@@ -65,8 +65,8 @@ def test_no_header_and_decimal_commas(separator, tmp_path):
     """There are more commas in a row than what separates its cells, and it was cut at them."""
     path = tmp_path / "log.csv"
     path.write_text("0,0 1,5 -2\n0,1 1,25 3e1\n".replace(" ", separator), encoding="utf-8")
-    names, columns, _ = read_table(path, ["0", "1", "2"])
-    assert names == ["0", "1", "2"]
+    layout, columns = read_table(path, ["0", "1", "2"])
+    assert layout.names == ["0", "1", "2"]
     assert [column.tolist() for column in columns.values()] == [[0.0, 0.1], [1.5, 1.25], [-2.0, 30.0]]
 
 
@@ -76,7 +76,7 @@ def test_a_minus_sign_is_one(separator, point, tmp_path):
     path = tmp_path / "log.csv"
     rows = "t q u\n0.0 \N{MINUS SIGN}1.5 2.25\n0.1 1.25 \N{MINUS SIGN}3.0e\N{MINUS SIGN}1\n"
     path.write_text(rows.replace(".", point).replace(" ", separator), encoding="utf-8")
-    columns = read_table(path, ["t", "q", "u"]).columns
+    _, columns = read_table(path, ["t", "q", "u"])
     assert [column.tolist() for column in columns.values()] == [[0.0, 0.1], [-1.5, 1.25], [2.25, -0.3]]
 
 
@@ -84,25 +84,25 @@ def test_a_minus_sign_is_one(separator, point, tmp_path):
 def test_commas_between_numbers_separate_them(row, tmp_path):
     path = tmp_path / "log.csv"
     path.write_text(f"{row}\n{row}\n", encoding="utf-8")
-    names, columns, _ = read_table(path, ["0", "1", "2"])
-    assert names == ["0", "1", "2"]
+    layout, columns = read_table(path, ["0", "1", "2"])
+    assert layout.names == ["0", "1", "2"]
     assert [column.tolist() for column in columns.values()] == [[0.0, 0.0], [1.0, 1.0], [2.0, 2.0]]
 
 
 def test_row_of_units_is_told_from_a_row_of_words(tmp_path):
     path = tmp_path / "log.csv"
     path.write_text("t;q;u\n[s];[deg];\n0,0;1,5;-2\n", encoding="utf-8")
-    assert read_table(path, []).units == {"t": "[s]", "q": "[deg]"}
+    assert read_table(path, [])[0].units == {"t": "[s]", "q": "[deg]"}
     for text in ("t,q\n0,none\n0.1,1\n", "t,q\nnan,nan\n0.1,1\n", "t,q\n[s],[deg]\n", "0,1\n[s],[deg]\n0,1\n"):
         path.write_text(text, encoding="utf-8")
-        assert read_table(path, []).units == {}, text
+        assert read_table(path, [])[0].units == {}, text
 
 
 def test_quote_in_a_row_of_numbers_joins_no_lines(tmp_path):
     path = tmp_path / "log.csv"
     path.write_text('t,q\n0,1\n1,5" pipe\n' + "2,3\n" * 5, encoding="utf-8")
-    assert read_table(path, []).units == {}
-    assert read_table(path, [])[0] == ["t", "q"]
+    assert read_table(path, [])[0].units == {}
+    assert read_table(path, [])[0].names == ["t", "q"]
 
 
 @pytest.mark.parametrize(
@@ -136,7 +136,7 @@ def test_row_with_more_cells_than_the_header_is_refused(text, row, cells, tmp_pa
 )
 def test_row_that_ends_with_separators_or_a_comment_is_read(text, tmp_path):
     (tmp_path / "log.csv").write_text(text, encoding="utf-8")
-    columns = read_table(tmp_path / "log.csv", ["t", "q", "u"]).columns
+    _, columns = read_table(tmp_path / "log.csv", ["t", "q", "u"])
     assert [columns[name].tolist() for name in "tqu"] == [[0.0, 0.1], [1.5, 1.25], [-2.0, 30.0]]
 
 
@@ -169,14 +169,14 @@ def test_times_of_a_day_become_seconds(tmp_path):
     path = tmp_path / "log.csv"
     path.write_text("t,q\n23:59:59.998,1\n23:59:59.999500,2\n24:01,3\n9:00,4\n:,5\n", encoding="utf-8")
     with pytest.warns(UserWarning, match="t = '24:01' in row 3 is no number"):
-        columns = read_table(path, ["t"]).columns
+        _, columns = read_table(path, ["t"])
     assert columns["t"][:2] == pytest.approx([0.0, 1.5e-3], abs=1e-12)
     assert np.all(np.isnan(columns["t"][2:]))
 
 
 def test_times_of_a_day_go_on_past_midnight(tmp_path):
     (tmp_path / "log.csv").write_text("t,q\n23:59:59.995,1\n00:00:00,2\n00:00:00.005,3\n", encoding="utf-8")
-    columns = read_table(tmp_path / "log.csv", ["t"]).columns
+    _, columns = read_table(tmp_path / "log.csv", ["t"])
     assert columns["t"] == pytest.approx([0.0, 0.005, 0.01], abs=1e-9)
 
 
@@ -184,7 +184,7 @@ def test_iso_times_lose_nothing_of_a_microsecond(tmp_path):
     begin = datetime(2026, 3, 1, 23, 59, 59, tzinfo=UTC)
     rows = [f"{(begin + timedelta(microseconds=2000 * k)).isoformat()},{k}" for k in range(1000)]
     (tmp_path / "log.csv").write_text("\n".join(["t,q", *rows]))
-    columns = read_table(tmp_path / "log.csv", ["t", "q"]).columns
+    _, columns = read_table(tmp_path / "log.csv", ["t", "q"])
     assert np.max(np.abs(columns["t"] - 0.002 * np.arange(1000))) < 1e-12
 
 
