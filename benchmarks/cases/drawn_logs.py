@@ -4,7 +4,8 @@ A motion is prescribed at a fine rate and the torque that it takes is computed a
 sensors sample it. The first half has the terms of the identified models: Coulomb and viscous friction, offset, gravity,
 in some a lag, a Stribeck curve, viscous friction that bends or differs by direction. The second half has friction laws
 of other forms (LuGre, Maxwell slip, a power of the speed, a smooth sign), friction that warms up or depends on position
-or load, an elastic gear, coupling torques, a filtered or late torque, coarse encoders, and clocks that jitter.
+or load, an elastic gear, coupling torques, a filtered or late torque, coarse encoders, and clocks that jitter. Of
+these friction over load has become a term of the models.
 
 Beside them are joints of another simulator that stick under PI alone: stiction falls with the square of the speed.
 """
