@@ -17,9 +17,8 @@ from controllers.arguments import PREVIEW, RULES, UNKNOWN
 from controllers.arrays import MutableArray, NDArray
 from controllers.kernels.entry import controller_text, symbol_of
 from controllers.kernels.language import BY_ADDRESS, DISPATCHED, call
-from controllers.kernels.library import loaded
+from controllers.kernels.library import loaded, stepper
 from controllers.kernels.memory import Memory, structure
-from controllers.kernels.stepper import stepper
 from controllers.kernels.types import type_of
 from controllers.registry import (
     ESTIMATES,

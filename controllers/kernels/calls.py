@@ -1,17 +1,143 @@
-"""Calls in kernels: of operations, of named tuples, of other kernels."""
+"""Calls in kernels: of mathematics, tests and builtins, of named tuples, of other kernels."""
 
 import ast
 import inspect
+import math
 from collections.abc import Callable, Hashable
 from functools import cache
 from typing import Any
 
-from controllers.kernels.language import DISPATCHED
-from controllers.kernels.operations import MATHEMATICS, OPERATIONS, operation
+import numpy as np
+
+from controllers.kernels.language import DISPATCHED, call, natural
 from controllers.kernels.operators import Operators
 from controllers.kernels.sources import INSTEAD
-from controllers.kernels.types import INTEGER, REAL, Record, Type, makes_itself
-from controllers.kernels.values import Value
+from controllers.kernels.types import BOOLEAN, INTEGER, REAL, Array, Record, Type, makes_itself
+from controllers.kernels.values import UNARY, Value
+
+FUNCTIONS = "exp expm1 log log1p sqrt sin cos tan asin acos atan sinh cosh tanh asinh fabs"
+
+MATHEMATICS: dict[Any, tuple[str, int]] = {
+    getattr(math, name): (name, count)
+    for names, count in ((FUNCTIONS, 1), ("pow atan2 copysign", 2))
+    for name in names.split()
+}
+"""Functions of ``math.h``, which every machine has, and how many arguments they take."""
+
+Translation = Callable[[Operators, ast.Call, list[Value]], Value]
+
+
+def operation(expressions: Operators, node: ast.Call, function: Any) -> Value:
+    """Return what one of ``MATHEMATICS`` or ``OPERATIONS`` gives."""
+    values = expressions.spread(node.args)
+    if node.keywords:
+        raise expressions.refusal(node, "{}: give the values one by one")
+    count = (MATHEMATICS if function in MATHEMATICS else OPERATIONS)[function][1]
+    if count is not None and len(values) != count:
+        raise expressions.refusal(node, f"{{}} must have {count} arguments")
+    if function in MATHEMATICS:
+        texts = [expressions.as_real(node, value).text for value in values]
+        return Value(expressions.unit.library(MATHEMATICS[function][0], *texts), REAL)
+    return OPERATIONS[function][0](expressions, node, values)
+
+
+def _absolute(expressions: Operators, node: ast.Call, values: list[Value]) -> Value:
+    if values[0].type == INTEGER:  # of the least one, itself
+        return Value(expressions.unit.helper("absolute_integer", values[0].text), INTEGER)
+    return Value(expressions.unit.library("fabs", expressions.as_real(node, values[0]).text), REAL)
+
+
+def _test(name: str) -> Translation:
+    """Return the translation of a test of a real number."""
+
+    def translate(expressions: Operators, node: ast.Call, values: list[Value]) -> Value:
+        return Value(f"{name}({expressions.as_real(node, values[0]).text})", BOOLEAN)
+
+    return translate
+
+
+def _choice(name: str) -> Translation:
+    """Return the translation of the largest or smallest of values: of equal ones, or beside no number, the first."""
+
+    def translate(expressions: Operators, node: ast.Call, values: list[Value]) -> Value:
+        if len(values) < 2:
+            raise expressions.refusal(node, "{}: give the values one by one")
+        integers = all(value.type == INTEGER for value in values)
+        chosen, *others = values if integers else [expressions.as_real(node, value) for value in values]
+        text = chosen.text
+        for other in others:
+            text = expressions.unit.helper(f"{name}_integer" if integers else name, text, other.text)
+        return Value(text, chosen.type, natural=all(value.natural for value in values))
+
+    return translate
+
+
+def _integer(expressions: Operators, node: ast.Call, values: list[Value]) -> Value:
+    (value,) = values
+    if value.type == INTEGER:
+        return value
+    if value.type not in (REAL, BOOLEAN):
+        raise expressions.refusal(node, "{} is no number")
+    if value.type == BOOLEAN or expressions.unit.fixed:
+        return Value(f"(int64_t){value.within(UNARY)}", INTEGER, UNARY, natural=value.type == BOOLEAN)
+    return Value(expressions.unit.helper("whole_number", value.text), INTEGER)
+
+
+def _rounded(name: str) -> Translation:
+    """Return the translation of what makes an integer of a number by rounding down or up."""
+
+    def translate(expressions: Operators, node: ast.Call, values: list[Value]) -> Value:
+        if values[0].type == INTEGER:
+            return values[0]
+        text = expressions.unit.library(name, expressions.as_real(node, values[0]).text)
+        return _integer(expressions, node, [Value(text, REAL)])
+
+    return translate
+
+
+def _real(expressions: Operators, node: ast.Call, values: list[Value]) -> Value:
+    return expressions.as_real(node, values[0])
+
+
+def _truth(expressions: Operators, node: ast.Call, values: list[Value]) -> Value:
+    if values[0].type != BOOLEAN:
+        raise expressions.refusal(node, "{} is no truth value; compare it, as in x != 0.0")
+    return values[0]
+
+
+def _natural(expressions: Operators, node: ast.Call, values: list[Value]) -> Value:
+    value = _integer(expressions, node, values)
+    return Value(value.text, INTEGER, value.rank, value.constant, natural=True)
+
+
+def _call_address(expressions: Operators, node: ast.Call, values: list[Value]) -> Value:
+    address, parameters, state, row = values
+    if row.type != Array(REAL, (None,)):
+        raise expressions.refusal(node, "{}: the last argument must be an array of numbers")
+    function = f"((void (*)(void *, void *, double *, int64_t))(intptr_t){address.within(UNARY)})"
+    places = ", ".join(f"(void *)(intptr_t){place.within(UNARY)}" for place in (parameters, state))
+    expressions.scope.writes += 1
+    row = expressions.placed(node, row) if row.part or not row.root else row
+    return Value(f"{function}({places}, {row.text}.data, {row.text}.size0)", None)
+
+
+OPERATIONS: dict[Any, tuple[Translation, int | None]] = {
+    abs: (_absolute, 1),
+    max: (_choice("larger"), None),
+    min: (_choice("smaller"), None),
+    int: (_integer, 1),
+    float: (_real, 1),
+    bool: (_truth, 1),
+    math.floor: (_rounded("floor"), 1),
+    math.ceil: (_rounded("ceil"), 1),
+    math.isfinite: (_test("isfinite"), 1),
+    np.isfinite: (_test("isfinite"), 1),
+    math.isnan: (_test("isnan"), 1),
+    np.isnan: (_test("isnan"), 1),
+    natural: (_natural, 1),
+    call: (_call_address, 4),
+}
+"""What is no function of C: builtins, tests, calls by address; and how many arguments it takes, if not several."""
 
 
 @cache

@@ -1,25 +1,35 @@
-"""Compiled kernels: those that came with the package, and others, compiled when they are first asked for."""
+"""Compiled kernels: those that came with the package, and others, compiled when they are first asked for.
+
+So is the extension that calls them faster than ctypes.
+"""
 
 import ctypes
 import hashlib
 import os
 import pickle
 import sys
+import sysconfig
 import tempfile
 import threading
 from collections import defaultdict
 from collections.abc import Callable, Hashable
 from contextlib import suppress
 from functools import cache
+from importlib.machinery import ExtensionFileLoader
+from importlib.util import module_from_spec, spec_from_loader
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from controllers.kernels.cache_directory import BUILT, cache_directory, clear_old
-from controllers.kernels.compiler import FLAGS, SUFFIX, compile_files, compiler
+from controllers.kernels.compiler import FLAGS, SUFFIX, NoCompiler, compile_files, compiler
 from controllers.kernels.entry import file_text, library_unit
 from controllers.kernels.record import Translation, translation
 from controllers.kernels.types import Type
 from controllers.kernels.unit import Unit
+
+STEPPER = Path(__file__).with_name("_stepper.c")
+EXTENSION_FLAGS = ["-std=c99", "-O2", "-fPIC", "-shared", "-fvisibility=hidden"]
+EXTENSION_FLAGS += ["-undefined", "dynamic_lookup"] if sys.platform == "darwin" else []
 
 Writer = Callable[[Unit], tuple[str, Type | None]]
 """Writes entry points for a unit, and says what the kernel gives."""
@@ -118,3 +128,24 @@ def _compiled(symbol: str, write: Writer) -> Loaded:
     part.write_bytes(content)
     os.replace(part, record)
     return Loaded(_opened(library), result)
+
+
+@cache
+def stepper() -> Any:
+    """Return the extension; None where it cannot be had, and ctypes does the same more slowly."""
+    name = f"_stepper-{hashlib.sha256(STEPPER.read_bytes()).hexdigest()[:16]}.so"
+    library = next((folder / name for folder in folders() if (folder / name).exists()), cache_directory() / name)
+    include = sysconfig.get_path("include")
+    try:
+        if not library.exists():
+            if not Path(include, "Python.h").exists():
+                return None
+            compile_files([STEPPER], library, [*EXTENSION_FLAGS, f"-I{include}"])
+        loader = ExtensionFileLoader("_stepper", str(library))
+        spec = spec_from_loader("_stepper", loader)
+        assert spec is not None
+        module = module_from_spec(spec)
+        loader.exec_module(module)
+    except (ImportError, NoCompiler, OSError):
+        return None
+    return module

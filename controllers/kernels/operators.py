@@ -5,7 +5,7 @@ import operator
 from collections.abc import Callable
 from typing import Any
 
-from controllers.kernels.subscripts import Subscripts
+from controllers.kernels.expressions import Expressions
 from controllers.kernels.types import BOOLEAN, INTEGER, REAL, Scalar
 from controllers.kernels.values import (
     CHOICE,
@@ -36,7 +36,7 @@ COMPARISONS: dict[type, tuple[str, int, Callable[[Any, Any], bool]]] = {
 }
 
 
-class Operators(Subscripts):
+class Operators(Expressions):
     """Translates operators."""
 
     def _binop(self, node: ast.BinOp) -> Value:

@@ -1,17 +1,24 @@
-"""What a translation was made of: the files of its kernels, and what their global names stood for."""
+"""What a translation was made of: the files of its kernels, and what their global names stood for.
 
+A name may get another meaning without any source of a kernel being edited: a constant that is computed, or read from a
+file that holds no kernels, or replaced by a test; another function under the same name; a kernel more for a class.
+Machine code on disk is kept together with what the names stood for, and is made anew where one stands for something
+else.
+"""
+
+import builtins
 import hashlib
+import importlib
 import os
 import sys
-from collections.abc import Iterable
+from collections.abc import Hashable, Iterable, Mapping
 from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from controllers.kernels.meanings import stands
+from controllers.kernels.language import DISPATCHED
 from controllers.kernels.sources import KERNEL_PACKAGES, package_root
 from controllers.kernels.types import Array, Line, Record, Type
-from controllers.kernels.unit import Unit
 
 
 class Translation(NamedTuple):
@@ -28,7 +35,7 @@ class Translation(NamedTuple):
         return all(_content(path) == known for path, known in self.files) and stands(self.meanings)
 
 
-def translation(unit: Unit, result: Type | None, library: str) -> Translation:
+def translation(unit: Any, result: Type | None, library: str) -> Translation:
     """Return what a unit was made of."""
     names = sorted(_relative(path) for path in unit.files)
     return Translation(tuple((name, _content(name)) for name in names), dict(unit.meanings), result, library)
@@ -76,3 +83,39 @@ def _file(thing: Any) -> str:
     file = getattr(sys.modules.get(thing.__module__), "__file__", None)
     file = getattr(getattr(thing, "__code__", None), "co_filename", file)
     return os.path.realpath(file) if file else ""
+
+
+def meaning(scope: Mapping[str, Any], name: str) -> str:
+    """Return what a name, which may have dots, stands for now."""
+    first, *fields = name.split(".")
+    found = scope[first] if first in scope else vars(builtins)[first]
+    for field in fields:
+        found = getattr(found, field)
+    if isinstance(found, type) and hasattr(found, "_fields"):
+        return repr((_full_name(found), found._fields, vars(found).get("_field_defaults"), found.__annotations__))
+    if isinstance(found, bool | int | float | tuple):
+        return repr(found)
+    known: Mapping[Any, Mapping[type, Any]] = DISPATCHED
+    chosen = known.get(found, {}) if isinstance(found, Hashable) else {}
+    return repr((_function(found), sorted((_full_name(kind), _function(kernel)) for kind, kernel in chosen.items())))
+
+
+def stands(meanings: Mapping[tuple[str, str], str]) -> bool:
+    """Tell whether all names, which have their module beside them, stand for what they stood for."""
+    try:
+        found = ((vars(importlib.import_module(module)), name, known) for (module, name), known in meanings.items())
+        return all(meaning(scope, name) == known for scope, name, known in found)
+    except (ImportError, KeyError, AttributeError):
+        return False
+
+
+def _function(found: Any) -> tuple[Any, ...]:
+    """Return what a function is: its name and defaults, and its file where only that tells it from others."""
+    name = _full_name(found)
+    code = None if name[0].partition(".")[0] in KERNEL_PACKAGES else getattr(found, "__code__", None)
+    defaults = getattr(found, "__defaults__", None), getattr(found, "__kwdefaults__", None)
+    return *name, getattr(code, "co_filename", ""), repr(defaults)
+
+
+def _full_name(thing: Any) -> tuple[str, str]:
+    return getattr(thing, "__module__", None) or "", getattr(thing, "__qualname__", "")

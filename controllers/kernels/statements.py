@@ -1,11 +1,11 @@
 """Statements of kernels in C."""
 
 import ast
+import re
 
 from controllers.kernels.assignments import Assignments
-from controllers.kernels.comments import plain
-from controllers.kernels.loops import loop_header
-from controllers.kernels.results import result_of
+from controllers.kernels.comments import plain, section
+from controllers.kernels.names import c_name
 from controllers.kernels.scope import Loop, Path, Scope, Variable
 from controllers.kernels.types import BOOLEAN, INTEGER, REAL, Record, Type
 from controllers.kernels.unit import Unit
@@ -159,7 +159,7 @@ class Statements(Assignments):
         self.scope.depth -= 1
 
     def _for(self, statement: ast.For, path: Path) -> None:
-        header, counter, natural, runs = loop_header(self, statement)
+        header, counter, natural, runs = self._loop_header(statement)
         assert isinstance(statement.target, ast.Name)
         name = statement.target.id
         outer, before = self.scope.variables.get(name), set(self.scope.given)
@@ -177,6 +177,50 @@ class Statements(Assignments):
         del self.scope.variables[name]
         if outer is not None:
             self.scope.variables[name] = outer
+
+    def _loop_header(self, statement: ast.For) -> tuple[str, str, bool, bool | None]:
+        """Return a loop's first line, its counter in C, whether that is natural, and whether it runs if that is known.
+
+        Python evaluates the range once, C its end each time: what the end depends on must stay as it is in the loop.
+        """
+        start, end, stride, read = self._range(statement)
+        assert isinstance(statement.target, ast.Name)
+        target = statement.target.id
+        inside = [node for part in statement.body for node in ast.walk(part) if isinstance(node, ast.Name)]
+        changed = {node.id for node in inside if isinstance(node.ctx, ast.Store)}
+        if fixed := (read | {target}) & changed - {"_"}:
+            names = ", ".join(sorted(fixed))
+            raise self.refusal(statement, f"{names} may not change in the loop over {ast.unparse(statement.iter)}")
+        runs: bool | None = None
+        if start.constant is not None and end.constant is not None:
+            runs = start.constant < end.constant if stride == 1 else start.constant > end.constant
+        name = self.scope.fresh("turn") if target == "_" and target in self.scope.variables else c_name(target)
+        is_int = self.unit.fixed and (start.constant is not None or start.root in self.scope.counters)
+        if is_int:
+            self.scope.counters.add(target)
+        natural = start.natural if stride == 1 else end.natural or end.constant == -1
+        sign, change = ("<", "++") if stride == 1 else (">", "--")
+        first = f"{'int' if is_int else 'int64_t'} {name} = {_literal(start)}"
+        return f"for ({first}; {name} {sign} {_literal(end)}; {name}{change}) {{", name, natural, runs
+
+    def _range(self, statement: ast.For) -> tuple[Value, Value, int, set[str]]:
+        """Return start, end and stride of a range, and the names that these depend on."""
+        call, shown = statement.iter, ast.unparse(statement).partition("\n")[0]
+        if not isinstance(call, ast.Call) or not self._is_range(call) or not isinstance(statement.target, ast.Name):
+            raise self.refusal(statement, f"{shown!r} has no translation; write for i in range(...)")
+        ends = self.spread(call.args)
+        stride = ends[2].constant if len(ends) == 3 else 1
+        are_integers = 1 <= len(ends) <= 3 and all(end.type == INTEGER for end in ends)
+        if not are_integers or stride not in (1, -1) or statement.orelse:
+            rule = "a range must be of integers, by 1 or -1, without else"
+            raise self.refusal(statement, f"{shown!r} has no translation; {rule}")
+        read = {node.id for argument in call.args for node in ast.walk(argument) if isinstance(node, ast.Name)}
+        start = ends[0] if len(ends) > 1 else Value("0", INTEGER, constant=0, natural=True)
+        return start, ends[min(len(ends) - 1, 1)], stride, read
+
+    def _is_range(self, call: ast.Call) -> bool:
+        is_global = not call.keywords and self.is_global(call.func)
+        return is_global and self.unit.resolved(self.kernel, call.func) is range
 
     def _while(self, statement: ast.While, path: Path) -> None:
         self.open_statement(ast.Expr(statement.test))
@@ -238,9 +282,13 @@ class Statements(Assignments):
 
     def _return_several(self, statement: ast.Return, values: list[Value]) -> None:
         if isinstance(self.result, Record) and len(self.result.fields) == len(values):
-            pairs = zip(self.result.fields, values, strict=True)
-            values = [self.as_real(statement, v) if k == REAL else v for (_, k), v in pairs]
-        record = result_of(self.kernel, self.name, values)
+            fields = zip(self.result.fields, values, strict=True)
+            values = [self.as_real(statement, v) if k == REAL else v for (_, k), v in fields]
+        for value in values:
+            if value.type is None:
+                raise self.refusal(self.kernel.tree, f"{value.text} cannot be returned; return its items")
+        pairs = zip(self._names(values), values, strict=True)
+        record = Record(f"{self.name}_result", tuple((name, value.type) for name, value in pairs))  # type: ignore[misc]
         self._agree(statement, record)
         self.scope.emit(f"return {self.unit.compound(record, values)};")
 
@@ -249,3 +297,28 @@ class Statements(Assignments):
             self.result = kind
         elif self.result != kind and not (self.result == REAL and kind == INTEGER):
             raise self.refusal(statement, f"{ast.unparse(statement)!r}: all returns must give values of the same types")
+
+    def _names(self, values: list[Value]) -> list[str]:
+        """Return names of several values after the docstring's returns, the variables returned, or what they are."""
+        documented = list(section(self.kernel.function, "Returns"))
+        if len(documented) == len(values) and all(name.isidentifier() for name in documented):
+            return [c_name(name) for name in documented]
+        returned = [node.value for node in ast.walk(self.kernel.tree) if isinstance(node, ast.Return)]
+        names: list[str] = []
+        for place, value in enumerate(values):
+            items = [node.elts[place] for node in returned if isinstance(node, ast.Tuple) and place < len(node.elts)]
+            candidates = {item.id if isinstance(item, ast.Name) else "" for item in items} - {"", *names}
+            if len(candidates) == 1:
+                name = candidates.pop()
+            elif isinstance(value.type, Record) and value.type.origin is not None:
+                name = re.findall(r"[A-Z][a-z0-9]*", value.type.name)[-1].lower()
+            else:
+                name = f"value{place + 1}"
+            names.append(c_name(name if name not in names else f"value{place + 1}"))
+        return names
+
+
+def _literal(value: Value) -> str:
+    """Return the text of an integer, of a known one as such, but for constants of modules, whose names say more."""
+    plain = value.constant is None or value.text == value.text.upper()
+    return value.text if plain else str(value.constant)

@@ -10,8 +10,8 @@ from typing import Any
 from controllers.kernels.comments import WIDTH, comment_lines, described, summary
 from controllers.kernels.errors import NotTranslatable
 from controllers.kernels.literals import Precision
-from controllers.kernels.meanings import meaning
 from controllers.kernels.names import c_name
+from controllers.kernels.record import meaning
 from controllers.kernels.sources import Constant, Kernel, resolve
 from controllers.kernels.types import BOOLEAN, INTEGER, REAL, Array, Line, Record, Scalar, Type
 from controllers.kernels.values import Value, open_name
@@ -46,7 +46,9 @@ class Struct:
 
 
 class Unit:
-    """Collects what kernels need, in an order that C takes."""
+    """Collects what kernels need, in an order that C takes; a ``Translator`` has what makes functions of them."""
+
+    function: Callable[..., Function]
 
     def __init__(self, precision: Precision, prefix: str, *, fixed: bool) -> None:
         self.precision = precision
@@ -154,16 +156,6 @@ class Unit:
         """Return a call of one of the unit's own small functions."""
         self.helpers.add(name)
         return f"{name}({', '.join(arguments)})"
-
-    def function(
-        self,
-        function: Callable[..., Any],
-        kinds: tuple[Type, ...],
-        constants: tuple[Known, ...] = (),
-        caller: tuple[Kernel, Any] | None = None,
-    ) -> Function:
-        """Return a kernel in C for arguments of some types; it is translated when it is first met."""
-        raise NotImplementedError
 
     def definitions(self) -> str:
         """Return all constants, in firmware with what is said of them, of those that stand together once."""
