@@ -77,8 +77,8 @@ from .registry import without_coming_plan as without_coming_plan
 from .registry import without_estimates as without_estimates
 from .registry import write_estimates as write_estimates
 from .registry import write_monitors as write_monitors
-from .saving import plain_state as plain_state
-from .saving import rebuilt_state as rebuilt_state
+from .saved_state import plain_state as plain_state
+from .saved_state import rebuilt_state as rebuilt_state
 from .torques import acting_torque as acting_torque
 from .torques import slope_torque as slope_torque
 from .velocity import INITIAL_VELOCITY_STATES as INITIAL_VELOCITY_STATES

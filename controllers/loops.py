@@ -53,7 +53,7 @@ class Observing(Controller):
 
 
 def designing(compensation: str) -> Callable[..., "ObserverDesign"]:
-    """Return the method ``design`` of a controller, by the name of its filter in ``design.compensations``."""
+    """Return the method ``design`` of a controller, by the name of its filter in ``design.observer_design``."""
 
     def design(
         inertia: float,
@@ -90,10 +90,9 @@ def designing(compensation: str) -> Callable[..., "ObserverDesign"]:
         ValueError
             An argument is out of range, or no bandwidth meets the bound.
         """
-        from controllers.design import compensations
-        from controllers.design.observer_design import design_observer
+        from controllers.design import observer_design as desk
 
-        gains, filtered = (proportional, integral), getattr(compensations, compensation)
-        return design_observer(inertia, period, gains, bandwidth, delay, maximum_sensitivity, filtered, velocity)
+        gains, filtered = (proportional, integral), getattr(desk, compensation)
+        return desk.design_observer(inertia, period, gains, bandwidth, delay, maximum_sensitivity, filtered, velocity)
 
     return design

@@ -110,12 +110,9 @@ def in_order(a: float, b: float, c: float, d: float) -> tuple[float, float, floa
 def segment(
     joint: BacklashParameters, state: BacklashState, free: float, rate: float, growth: float
 ) -> tuple[float, float]:
-    """Return the straight segment of the gear's mean torque over a step at a growth of the twist (rad).
+    """Return level (N m) and stiffness (N m/rad) of the gear's mean torque over a step at a growth of the twist (rad).
 
-    Returns
-    -------
-    level, stiffness : float
-        The torque is ``level + stiffness growth``, in N m and N m/rad.
+    On this straight segment the torque is ``level + stiffness growth``.
     """
     below, above, low, high = knots(joint, state, free)
     before = joint.link_stiffness * state.wind + state.hysteresis_torque

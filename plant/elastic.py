@@ -54,23 +54,10 @@ class ElasticState(NamedTuple):
 def motor_and_link(
     joint: AnyParameters, state: Any, drive: float, period: float, level: float, gain: float
 ) -> tuple[float, float, float]:
-    """Solve the step for the velocities of motor and link.
+    """Solve the step for the velocities of motor and link, rad/s, and the static friction torque at the motor, N m.
 
-    Parameters
-    ----------
-    joint, state : NamedTuple
-        Parameters and state of a joint of motor and link.
-    drive : float
-        Torque at the motor less the offset and the friction that its lag carries over, N m.
-    period : float
-        Solver period ``h``, s.
-    level, gain : float
-        Mean torque of the spring over the step: ``level + gain (D + D+)``, N m and N m s/rad.
-
-    Returns
-    -------
-    motor, link, friction : float
-        Velocities after the step, rad/s, and the static friction torque at the motor, N m.
+    ``drive`` is the torque at the motor less the offset and the friction that its lag carries over, N m; the mean
+    torque of the spring over the step is ``level + gain (D + D+)``, N m.
     """
     motor, link = state.motor_velocity, state.velocity
     fraction = 1.0 / (1.0 + period * gain / joint.link_inertia)

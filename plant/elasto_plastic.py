@@ -87,27 +87,10 @@ def mobilised(presliding: float, turned: float, travel: float) -> float:
 def mobilised_torque(
     joint: ElastoPlasticParameters, way: float, turned: float, travel: float, period: float, speed: float
 ) -> tuple[float, float]:
-    """Return the torque that ``f`` follows after a step and its slope by the speed, in the direction of motion.
+    """Return the torque (N m) that ``f`` follows after a step and its slope by the speed, in the direction of motion.
 
-    Parameters
-    ----------
-    joint : ElastoPlasticParameters
-        The joint.
-    way : float
-        Direction of motion, 1 or -1.
-    turned : float
-        Mobilised fraction at the last reversal, positive where it opposes the motion.
-    travel : float
-        Displacement since the last reversal before the step, rad, not negative.
-    period : float
-        Solver period, s.
-    speed : float
-        Speed after the step, rad/s, positive.
-
-    Returns
-    -------
-    torque, slope : float
-        In N m and N m s/rad.
+    That is 1 or -1. The mobilised fraction at the last reversal is positive where it opposes the motion, the
+    displacement since then before the step (rad) not negative; the speed is that after the step, rad/s, positive.
     """
     rise, bend = presliding_curve((travel + period * speed) / joint.presliding)
     fraction = turned + (1.0 - turned) * rise

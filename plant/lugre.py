@@ -64,25 +64,11 @@ class LuGreState(NamedTuple):
 def bristle_torque(
     curve: Stribeck, bending: float, slip: float, damping: float, speed: float
 ) -> tuple[float, float, float]:
-    """Return what the bristles add to the friction torque over a step, its slope by the speed, and ``dz/dt``.
+    """Return ``(b + sigma1(x)) dz/dt`` in N m, its slope by the speed in N m s/rad, and ``dz/dt`` in rad/s.
 
-    Parameters
-    ----------
-    curve : Stribeck
-        Static friction map of the direction of motion.
-    bending : float
-        Torque ``y = sigma0 z`` before the step, N m, positive where it opposes the motion.
-    slip : float
-        ``b = h sigma0``, N m s/rad.
-    damping : float
-        ``sigma1``, N m s/rad.
-    speed : float
-        Speed ``x >= 0`` after the step, rad/s.
-
-    Returns
-    -------
-    torque, slope, rate : float
-        ``(b + sigma1(x)) dz/dt`` in N m, its slope in N m s/rad, and ``dz/dt`` in rad/s.
+    That is what the bristles add to the friction torque over a step. The curve is of the direction of motion,
+    ``bending`` the torque ``y = sigma0 z`` before the step (N m, positive where it opposes the motion), ``slip`` is
+    ``b = h sigma0``, ``damping`` ``sigma1`` (N m s/rad), and ``speed`` ``x >= 0`` after the step (rad/s).
     """
     level, rise = yield_torque(curve, speed)  # g and x dg/dx
     divisor = level + slip * speed

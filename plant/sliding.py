@@ -86,19 +86,8 @@ def next_speed(
 ) -> tuple[float, float, float, bool]:
     """Return the bracket ``[low, high]`` of a root and the speed (rad/s) after one step of Newton's method in it.
 
-    Parameters
-    ----------
-    low, high, speed : float
-        Bracket and speed before the step, rad/s.
-    residual, slope : float
-        What a rising function of the speed is there, rad/s, and its slope, which is positive.
-
-    Returns
-    -------
-    low, high, speed : float
-        Bracket and speed after it, rad/s: the middle of the bracket where Newton's method leaves it.
-    found : bool
-        Whether the speed is the root.
+    Of a rising function of the speed, residual (rad/s) and slope are given. The speed is the middle of the bracket
+    where Newton's method leaves it; last comes whether it is the root.
     """
     if residual > 0.0:
         high = speed

@@ -13,7 +13,7 @@ from adaptive_ff.export.sample import Recording, check_exportable, new_one, reco
 from controllers import ESTIMATES, STEPS, Controller, Inputs, Output
 from controllers.checks import checked_switch
 from controllers.kernels.functions import Translator
-from controllers.kernels.leaves import Leaf, leaves
+from controllers.kernels.leaves import leaves
 from controllers.kernels.literals import DOUBLE, SINGLE
 from controllers.kernels.names import FILES, RESERVED
 from controllers.kernels.types import REAL, Array, Record, type_of
@@ -71,26 +71,8 @@ class Export:
         self.switches = switches(controller)
         self.regressors = regressor_leaf(controller)
         self.restarted = restarted(controller)
-
-    @cached_property
-    def parameter_leaves(self) -> list[Leaf]:
-        """Numbers of the parameters."""
-        return list(leaves(self.parameters))
-
-    @cached_property
-    def state_leaves(self) -> list[Leaf]:
-        """Numbers of the state."""
-        return list(leaves(self.state))
-
-    @cached_property
-    def hash(self) -> int:
-        """Hash of what the state holds."""
-        return layout_hash(self.controller, self.single)
-
-    @cached_property
-    def payload_size(self) -> int:
-        """Bytes that the numbers of the state take in a buffer."""
-        return payload_size(self.controller, self.single)
+        self.parameter_leaves, self.state_leaves = list(leaves(self.parameters)), list(leaves(self.state))
+        self.hash, self.payload_size = layout_hash(controller, single), payload_size(controller, single)
 
     @cached_property
     def recording(self) -> Recording:

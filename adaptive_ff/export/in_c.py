@@ -21,18 +21,8 @@ class InC:
     """A controller whose ``step`` runs as C; everything else is that of the controller it was made from.
 
     It gives the same torques, bit for bit on x86-64 with glibc. Its state lives in C between the steps; whatever else
-    is asked of it first fetches that state, and what sets it hands it back. One is made by :func:`run_in_c`.
-
-    Parameters
-    ----------
-    controller : Controller
-        The controller; it is taken over and must not be stepped on its own any more.
-    library : Path
-        Shared library with its code.
-    declarations : str
-        What the library holds, as C.
-    single : bool
-        Whether it computes in single precision.
+    is asked of it first fetches that state, and what sets it hands it back. One is made by :func:`run_in_c`, which
+    takes the controller over: it must not be stepped on its own any more.
     """
 
     def __init__(self, controller: Controller, library: Path, declarations: str, single: bool) -> None:

@@ -23,29 +23,15 @@ STOPS = 20
 
 @dataclass(frozen=True)
 class Slider:
-    """One value of a scenario that a reader may change.
+    """One value of a scenario that a reader may change."""
 
-    Attributes
-    ----------
-    name, unit, says : str
-        Its name, its unit, and what it means in one line.
-    stops : tuple of float
-        Values that it may have, as they are shown.
-    start : int
-        Stop at which it begins, where the scenario is as it was.
-    tables : callable
-        What a value changes in the scenario.
-    beside : dict
-        What must hold in the scenario for all stops to be possible.
-    """
-
-    name: str
+    name: str  # its name, its unit, and what it means in one line
     unit: str
     says: str
-    stops: tuple[float, ...]
-    start: int
-    tables: Callable[[float], Tables]
-    beside: Tables = field(default_factory=dict)
+    stops: tuple[float, ...]  # values that it may have, as they are shown
+    start: int  # stop at which it begins, where the scenario is as it was
+    tables: Callable[[float], Tables]  # what a value changes in the scenario
+    beside: Tables = field(default_factory=dict)  # what must hold in the scenario for all stops to be possible
 
     def changed(self, stop: int) -> Tables:
         """Return what a stop changes in the scenario; nothing where the slider begins."""

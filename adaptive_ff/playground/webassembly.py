@@ -31,15 +31,7 @@ def run_with_deviations(
 def webassembly(runs: Mapping[str, tuple[Any, ...]]) -> bytes:
     """Return a module with a run for each kind of arguments, ``void name(arguments, result)``.
 
-    Parameters
-    ----------
-    runs : mapping
-        Arguments of :func:`run_plain`, or of :func:`run_with_deviations`, by name.
-
-    Raises
-    ------
-    InputError
-        The package ``ziglang`` is not installed.
+    Given are the arguments of :func:`run_plain`, or of :func:`run_with_deviations`, by name.
     """
     if importlib.util.find_spec("ziglang") is None:
         raise InputError("a page takes the package ziglang: pip install ziglang")

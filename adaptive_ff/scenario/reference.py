@@ -103,18 +103,9 @@ class Recorded(StrictTable):
 
 
 class Motion:
-    """A recorded motion, ready to be resampled.
+    """A recorded motion, ready to be resampled: velocities (rad/s) or positions (rad) at times (s) that ascend.
 
-    Parameters
-    ----------
-    name : str
-        Where it comes from, for messages.
-    time : ndarray, shape (n,)
-        Times, s, strictly ascending.
-    values : ndarray, shape (n,)
-        Velocity (rad/s) or position (rad).
-    is_position : bool
-        Whether the values are positions.
+    Its name says in messages where it comes from.
     """
 
     def __init__(self, name: str, time: NDArray[np.float64], values: NDArray[np.float64], is_position: bool) -> None:

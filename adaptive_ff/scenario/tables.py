@@ -233,15 +233,7 @@ class FixedModel(StrictTable):
     def model(self) -> TorqueModel:
         """The model that is fed forward."""
         stiction = self.coulomb if self.stiction is None else self.stiction
-        return TorqueModel(
-            self.inertia,
-            self.coulomb,
-            stiction,
-            self.viscous,
-            self.friction_lag,
-            self.stribeck_velocity,
-            self.stribeck_shape,
-        )
+        return TorqueModel(**{**self.model_dump(), "stiction": stiction})
 
 
 def _check_range(value: list[float]) -> list[float]:

@@ -158,26 +158,18 @@ def build_plain_setup(
 
 def build_setup(scenario: Scenario) -> RunSetup:
     """Compute everything of a scenario that does not depend on the controller."""
-    joint, period, reference = scenario.joint.parameters, scenario.joint.solver_period, scenario.reference_velocity()
     noise, held = scenario.sensed()
-    setup = RunSetup(
-        joint=joint,
+    reference, actuator = scenario.reference_velocity(), scenario.actuator
+    plain = build_plain_setup(scenario.joint, scenario.sample_steps, reference, noise, actuator)
+    setup = plain._replace(
         plan=scenario.plan,
-        actuator=scenario.actuator.parameters,
-        delay=round(scenario.actuator.delay / period),
         resolution=scenario.sensor.encoder_resolution or 0.0,
         angle_ripple=scenario.sensor.angle_ripple,
         observer=scenario.velocity_estimator,
-        solver_period=period,
-        samples=scenario.sample_steps,
-        reference=reference,
-        noise=noise,
         held=held,
-        gravity=scenario.joint.weight,
         outer=scenario.position_loop or NO_POSITION_LOOP,
         position_step=scenario.position_resolution or POSITION_STEP,
-        planned=np.zeros(reference.size) if scenario.position is None else planned_position(joint, reference, period),
-        acting=np.zeros(0),
-        lead=-1,
     )
+    if scenario.position is not None:
+        setup = setup._replace(planned=planned_position(setup.joint, reference, setup.solver_period))
     return with_preview(setup, scenario.assumed_delay * scenario.sampling.period)

@@ -21,11 +21,12 @@ from typing import Any
 
 import numpy as np
 
-from controllers.checks import check_numbers, check_positive
-from controllers.design.arguments import check_sensitivity, check_whole_delay
+from controllers.checks import check_numbers, check_positive, check_sensitivity, check_whole_delay
+from controllers.design.kalman_gains import scaled_disturbance_gains
 from controllers.design.margins import LoopMargins, OpenLoop, in_hertz, largest_setting, loop_margins
 from controllers.design.sampled_loop import Compensation, SampledLoop, open_loop, sampled_loop
 from controllers.design.velocity_filter import filter_of
+from controllers.observers.inertia_observer import double_pole_gains
 
 SLOWEST = 0.1
 """Bandwidth from which the search for the fastest observer starts, as a fraction of the crossover of the feedback."""
@@ -59,6 +60,21 @@ def on_observed_velocity(loop: SampledLoop, velocity_gain: float, disturbance_ga
     """Return ``S`` of an observer whose velocity goes to the feedback; see :func:`on_measured_velocity`."""
     direct = on_measured_velocity(velocity_gain, disturbance_gain)
     return Compensation(np.polysub(direct.numerator, (1.0 - velocity_gain) * loop.feedback), direct.denominator)
+
+
+def disturbance_observer_compensation(loop: SampledLoop, angle: float) -> Compensation:
+    """Return ``S`` of a disturbance observer with a bandwidth in radians a sample."""
+    return on_measured_velocity(1.0, -math.expm1(-angle))
+
+
+def extended_state_compensation(loop: SampledLoop, angle: float) -> Compensation:
+    """Return ``S`` of an extended state observer with a bandwidth in radians a sample."""
+    return on_observed_velocity(loop, *double_pole_gains(1.0, angle, 1.0))
+
+
+def kalman_compensation(loop: SampledLoop, angle: float) -> Compensation:
+    """Return ``S`` of a Kalman filter of the disturbance with a bandwidth in radians a sample."""
+    return on_measured_velocity(*scaled_disturbance_gains(angle))
 
 
 def _opened(loop: SampledLoop, angle: float, compensation: Callable[[SampledLoop, float], Compensation]) -> OpenLoop:

@@ -9,8 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from controllers.checks import check_positive
-from controllers.design.arguments import check_sensitivity, check_whole_delay
+from controllers.checks import check_positive, check_sensitivity, check_whole_delay
 from controllers.design.margins import LoopMargins, OpenLoop, largest_setting, loop_margins
 from controllers.design.sampled_loop import SampledLoop, open_loop
 from controllers.design.systems import LoopSystems, loop_systems

@@ -6,8 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from controllers.checks import check_positive
-from controllers.design.arguments import check_sensitivity, check_whole_delay
+from controllers.checks import check_positive, check_sensitivity, check_whole_delay
 from controllers.design.margins import LoopMargins, OpenLoop, in_hertz, largest_setting, loop_margins
 from controllers.design.pi_design import pi_gains
 from controllers.design.velocity_filter import VelocityFilter, filter_of, in_z

@@ -6,8 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from controllers.checks import check_finite, check_positive
-from controllers.design.arguments import check_whole_delay
+from controllers.checks import check_finite, check_positive, check_whole_delay
 from controllers.design.margins import LoopMargins, loop_margins
 from controllers.design.velocity_filter import filter_of, in_z
 

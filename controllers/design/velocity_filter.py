@@ -6,7 +6,6 @@ are rounded is left out.
 """
 
 import math
-from functools import singledispatch
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -26,9 +25,18 @@ NO_FILTER = VelocityFilter((1.0,), (1.0,))
 """That of a velocity that is measured itself."""
 
 
-@singledispatch
 def velocity_filter(estimator: Any) -> VelocityFilter:
     """Return the filter of an estimator of :mod:`controllers.velocity`."""
+    match estimator:
+        case DirectVelocity():
+            return NO_FILTER
+        case DifferenceVelocity():
+            return VelocityFilter((0.5, 0.5), (1.0,))
+        case LowPassVelocity(pole, period):
+            fraction = -math.expm1(-pole * period)
+            return VelocityFilter((0.5 * fraction, 0.5 * fraction), (fraction - 1.0, 1.0))
+        case KalmanVelocity():
+            return _kalman_filter(estimator)
     raise TypeError(f"velocity = {estimator!r} is not allowed: it must be an estimator of controllers.velocity")
 
 
@@ -44,24 +52,7 @@ def in_z(filter_of_velocity: VelocityFilter) -> tuple[NDArray[Any], NDArray[Any]
     return above, below
 
 
-@velocity_filter.register
-def _(estimator: DirectVelocity) -> VelocityFilter:
-    return NO_FILTER
-
-
-@velocity_filter.register
-def _(estimator: DifferenceVelocity) -> VelocityFilter:
-    return VelocityFilter((0.5, 0.5), (1.0,))
-
-
-@velocity_filter.register
-def _(estimator: LowPassVelocity) -> VelocityFilter:
-    fraction = -math.expm1(-estimator.pole * estimator.period)
-    return VelocityFilter((0.5 * fraction, 0.5 * fraction), (fraction - 1.0, 1.0))
-
-
-@velocity_filter.register
-def _(estimator: KalmanVelocity) -> VelocityFilter:
+def _kalman_filter(estimator: KalmanVelocity) -> VelocityFilter:
     period = estimator.period
     transition = np.array([[1.0, period, 0.5 * period**2], [0.0, 1.0, period], [0.0, 0.0, 1.0]])
     gain = np.array([estimator.position_gain, estimator.velocity_gain, estimator.acceleration_gain])

@@ -16,8 +16,7 @@ from controllers import (
     kalman_velocity_gains,
     low_pass_velocity,
 )
-from controllers.design.compensations import disturbance_observer_compensation
-from controllers.design.observer_design import SLOWEST
+from controllers.design.observer_design import SLOWEST, disturbance_observer_compensation
 from controllers.design.sampled_loop import SampledLoop, open_loop
 from controllers.design.velocity_filter import NO_FILTER, velocity_filter
 from controllers.velocity import VELOCITY_ESTIMATORS, direct_velocity, initial_velocity_state

@@ -8,7 +8,7 @@ from scipy.integrate import quad_vec
 from scipy.linalg import solve_discrete_are
 
 from controllers import KalmanDisturbance
-from controllers.design.stationary import stationary_gain
+from controllers.design.kalman_gains import stationary_gain
 from controllers.observers.inertia_observer import ObserverState, correct, predict
 
 TRANSITION = np.array([[1.0, -PERIOD / INERTIA], [0.0, 1.0]])
@@ -142,6 +142,6 @@ def test_gain_that_stands_still_for_a_step_has_not_settled():
 
 
 def test_gain_that_does_not_settle_is_said_to(monkeypatch):
-    monkeypatch.setattr("controllers.design.stationary.LONGEST", 2000)
+    monkeypatch.setattr("controllers.design.kalman_gains.LONGEST", 2000)
     with pytest.raises(ValueError, match=r"process noise is too small .* after 2000 periods"):
         stationary_gain(np.array([[1.0, 1.0], [0.0, 1.0]]), np.zeros((2, 2)))
