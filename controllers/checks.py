@@ -72,6 +72,10 @@ def check_whole_delay(delay: int) -> None:
         raise ValueError(f"delay = {delay} is not allowed: {rule}")
 
 
+PI_SENSITIVITY, OBSERVER_SENSITIVITY = 1.7, 2.0
+"""Default bounds on the maximum sensitivity ``max |1/(1 + L)|`` of PI, and of a loop with an observer."""
+
+
 def check_sensitivity(maximum_sensitivity: float) -> None:
     """Raise ``ValueError`` for a bound on the maximum sensitivity that is not above 1, ``TypeError`` for no number."""
     check_numbers(maximum_sensitivity=maximum_sensitivity)

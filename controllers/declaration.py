@@ -30,7 +30,7 @@ from typing import Any, Literal, NamedTuple, TypeVar, dataclass_transform
 
 from controllers.checks import check_numbers, check_positive
 from controllers.interface import Controller
-from controllers.registry import ESTIMATES, STEPS, without_estimates
+from controllers.registry import ESTIMATES, MONITORS, STEPS, without_estimates
 
 Rule = Callable[[str, Any], Any]
 """Checks an argument, given its name and value, and returns what is kept of it."""
@@ -126,7 +126,7 @@ def register(
     estimates : callable, optional
         Kernel ``write(parameters, state, row)`` of the estimates.
     """
-    STEPS[kind], ESTIMATES[kind], _INITIAL[kind] = step, estimates, initial
+    STEPS[kind], ESTIMATES[kind], MONITORS[kind], _INITIAL[kind] = step, estimates, without_estimates, initial
 
 
 @dataclass_transform(kw_only_default=True, field_specifiers=(argument, derived))

@@ -3,10 +3,10 @@
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, ClassVar
 
+from controllers.checks import OBSERVER_SENSITIVITY
 from controllers.declaration import argument, as_given, controller, derived, positive
 from controllers.interface import Controller
 from controllers.pi import PIParameters, check_gains
-from controllers.sensitivity import OBSERVER_SENSITIVITY
 
 if TYPE_CHECKING:
     from controllers.design.observer_design import ObserverDesign

@@ -102,7 +102,7 @@ def write_native_monitors(native: NativeParameters, state: int, row: NDArray[np.
 # beside the registries, which list the controllers that there are
 DISPATCHED[step] = ChainMap(STEPS, {NativeParameters: step_native})
 DISPATCHED[write_estimates] = ChainMap(ESTIMATES, {NativeParameters: write_native_estimates})
-MONITORS[NativeParameters] = write_native_monitors  # which has a kernel for every class, one that writes nothing
+MONITORS[NativeParameters] = write_native_monitors
 
 
 def bound_step(native: NativeParameters) -> Callable[..., float]:

@@ -4,13 +4,12 @@ import math
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from controllers.checks import check_numbers, check_period
+from controllers.checks import PI_SENSITIVITY, check_numbers, check_period
 from controllers.declaration import register
 from controllers.delay import check_delay, delay_line, delayed, remember
 from controllers.interface import Controller
 from controllers.plausibility import Guard, bridging_gain, checked_inputs, initial_guard
 from controllers.registry import Inputs, Output
-from controllers.sensitivity import PI_SENSITIVITY
 
 if TYPE_CHECKING:
     from controllers.design.pi_design import PIDesign

@@ -8,8 +8,7 @@ reference: it contains the measured position, and friction fed forward along it 
 import math
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from controllers.checks import check_finite, check_numbers, check_positive
-from controllers.sensitivity import PI_SENSITIVITY
+from controllers.checks import PI_SENSITIVITY, check_finite, check_numbers, check_positive
 
 if TYPE_CHECKING:
     from controllers.design.position_design import PositionDesign

@@ -140,16 +140,8 @@ ESTIMATES: dict[type, Callable[..., Any]] = {}
 """Kernel that writes the physical estimates into a row: ``write(parameters, state, row)``."""
 
 
-class _Monitors(dict[type, Callable[..., Any]]):
-    """Kernels of the classes that have any; the others write nothing."""
-
-    def get(self, parameters: type, default: Any = None) -> Any:
-        """Return the kernel of a class of parameters."""
-        return super().get(parameters, without_estimates)
-
-
-MONITORS: dict[type, Callable[..., Any]] = _Monitors()
-"""Kernel that writes what a controller watches itself by into a row: ``write(parameters, state, row)``; optional."""
+MONITORS: dict[type, Callable[..., Any]] = {}
+"""Kernel that writes what a controller watches itself by into a row: ``write(parameters, state, row)``."""
 
 
 def _step(parameters: Any, state: Any, inputs: Inputs) -> Any:
@@ -164,7 +156,7 @@ def _write_estimates(parameters: Any, state: Any, row: Any) -> Any:
 
 def _write_monitors(parameters: Any, state: Any, row: Any) -> Any:
     """Write what any controller watches itself by, compiled or not; of those that do not, nothing."""
-    return MONITORS.get(type(parameters))(parameters, state, row)  # type: ignore[misc]
+    return MONITORS[type(parameters)](parameters, state, row)
 
 
 step = dispatched(STEPS, _step)

@@ -1,21 +1,26 @@
-"""Header and source of an exported controller: translated kernels and settings in their templates."""
+"""Header and source of an exported controller: translated kernels, settings and start state in their templates."""
 
 import importlib
 import math
 from importlib.metadata import version
 from typing import Any
 
+import numpy as np
+
 from adaptive_ff.adaptive.arguments import LARGEST_REGRESSOR
-from adaptive_ff.export.buffer import HEADER, MAGIC, VERSION
+from adaptive_ff.export.buffer import HEADER, MAGIC, VERSION, state_to_bytes
 from adaptive_ff.export.export import Export
 from adaptive_ff.export.rendering import rendered
 from adaptive_ff.export.sample import optional_inputs, unchecked_inputs
-from adaptive_ff.export.tables import arrays_of, arrays_struct, has_own_start, state_tables
 from adaptive_ff.friction.model import unit_of
 from controllers.kernels.comments import comment_lines, joined, plain, summary
 from controllers.kernels.helpers import helper_texts
+from controllers.kernels.leaves import Leaf, value_at
 from controllers.kernels.names import c_name
-from controllers.kernels.types import Record, passed_by_pointer
+from controllers.kernels.types import Array, Line, Record, Type, passed_by_pointer
+
+WIDTH = 100
+"""Longest initialiser on one line."""
 
 
 def header(export: Export) -> str:
@@ -115,3 +120,90 @@ def _kernels(export: Export) -> str:
             parts.append(comment_lines(text))
         parts.append(function.text)
     return joined(parts)
+
+
+def arrays_of(found: list[Leaf]) -> list[Leaf]:
+    """Return the arrays that hold numbers."""
+    return [leaf for leaf in found if leaf.is_array and leaf.count]
+
+
+def record_table(export: Export, name: str, kind: Record, value: Any, arrays: str = "") -> str:
+    """Return a constant struct with all numbers in it; its arrays are those of a constant, or bound later."""
+    text = _initialiser(export, kind, value, 0, (), arrays)
+    return f"static const {export.unit.c_type(kind)} {name} = {text};\n"
+
+
+def _initialiser(export: Export, kind: Type, value: Any, depth: int, path: tuple[str | int, ...], arrays: str) -> str:
+    if isinstance(kind, Record):
+        inner = "    " * (depth + 1)
+        items = {
+            c_name(name): _initialiser(export, field, getattr(value, name), depth + 1, (*path, name), arrays)
+            for name, field in kind.fields
+        }
+        lines = [f"{inner}.{name} = {item}," for name, item in items.items() if item]
+        return "{0}" if not lines else "{\n" + "\n".join(lines) + "\n" + "    " * depth + "}"
+    if isinstance(kind, Line):
+        listed = [_initialiser(export, kind.element, item, depth + 1, path, arrays) for item in value]
+        return "{.at = {" + ", ".join(listed) + "}}"
+    if isinstance(kind, Array):
+        place = f"{arrays}.{Leaf(path, kind.element, value.shape, True).storage}"
+        return f"({export.unit.declaration(kind, '').strip()}){place}" if arrays and value.size else ""
+    return export.precision.literal(value, ".".join(map(str, path)))
+
+
+def arrays_struct(export: Export, name: str, doc: str, found: list[Leaf]) -> str:
+    """Return the struct of all arrays that hold numbers; nothing where there is none."""
+    lines = [
+        f"    {export.unit.c_type(leaf.kind)} {leaf.storage}{''.join(f'[{extent}]' for extent in leaf.shape)};"
+        for leaf in arrays_of(found)
+    ]
+    return f"/* {doc} */\ntypedef struct {{\n" + "\n".join(lines) + f"\n}} {name};\n" if lines else ""
+
+
+def array_table(export: Export, struct: str, name: str, found: list[Leaf], value: Any) -> str:
+    """Return a constant struct with the numbers of all arrays."""
+    lines = [
+        f"    .{leaf.storage} = {_numbers(export, np.asarray(value_at(value, leaf.path)), leaf.storage, 1)},"
+        for leaf in arrays_of(found)
+    ]
+    return f"static const {struct} {name} = {{\n" + "\n".join(lines) + "\n};\n"
+
+
+def _numbers(export: Export, array: Any, where: str, depth: int) -> str:
+    if array.ndim > 1:
+        inner = "    " * (depth + 1)
+        rows = [f"{inner}{_numbers(export, row, where, depth + 1)}," for row in array]
+        return "{\n" + "\n".join(rows) + "\n" + "    " * depth + "}"
+    items = [export.precision.literal(item, where) for item in array.tolist()]
+    lines: list[str] = []
+    line = ""
+    for item in items:
+        if line and len(line) + len(item) > WIDTH:
+            lines.append(line)
+            line = ""
+        line += f"{item}, "
+    lines.append(line)
+    return "{" + ("\n" + "    " * (depth + 1)).join(part.rstrip() for part in lines).removesuffix(",") + "}"
+
+
+def state_tables(export: Export) -> str:
+    """Return settings and states as constants; the state to start in only where it is not that of a new controller."""
+    found = export.parameter_leaves
+    parts, parameters = [], export.controller.parameters
+    if arrays_of(found):
+        parts.append(arrays_struct(export, "ParameterArrays", "Arrays of the parameters.", found))
+        parts.append(array_table(export, "ParameterArrays", "PARAMETER_ARRAYS", found, parameters))
+    parts.append(record_table(export, "PARAMETERS", export.parameters, parameters, "PARAMETER_ARRAYS"))
+    states = [("NEW", export.fresh.state)]
+    states += [("START", export.controller.state)] if has_own_start(export) else []
+    for name, value in states:
+        parts.append(record_table(export, f"{name}_STATE", export.state, value))
+        if arrays_of(export.state_leaves):
+            struct = f"{export.prefix}_StateArrays"
+            parts.append(array_table(export, struct, f"{name}_STATE_ARRAYS", export.state_leaves, value))
+    return joined(parts)
+
+
+def has_own_start(export: Export) -> bool:
+    """Tell whether the controller was exported in another state than that of a new one."""
+    return state_to_bytes(export.controller) != state_to_bytes(export.fresh)

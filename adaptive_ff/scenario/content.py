@@ -10,7 +10,6 @@ from pydantic_core import PydanticCustomError
 
 from adaptive_ff.errors import InputError
 from adaptive_ff.scenario.plausibility import default_peak
-from adaptive_ff.scenario.point_to_point import PointToPoint
 from adaptive_ff.scenario.reference import SHORTEST, Motion, Multisine, Recorded
 from adaptive_ff.scenario.series import size_and_lost_fraction
 from adaptive_ff.scenario.tables import (
@@ -22,7 +21,7 @@ from adaptive_ff.scenario.tables import (
     Sweep,
     VelocityEstimate,
 )
-from adaptive_ff.scenario.waves import Fourier, Staircase, Triangle
+from adaptive_ff.scenario.waves import Fourier, PointToPoint, Staircase, Triangle
 from controllers import PositionLoopParameters, direct_velocity
 from controllers.arrays import NDArray
 from plant import Actuator, AnyJoint, FrictionChange, FrictionSchedule, FrictionVariation, Sensor, schedule

@@ -18,9 +18,9 @@ from controllers import (
     initial_velocity_state,
     loop_margins_of,
 )
+from controllers.checks import PI_SENSITIVITY
 from controllers.design.sampled_loop import SampledLoop, margins_of
 from controllers.design.velocity_filter import filter_of
-from controllers.sensitivity import PI_SENSITIVITY
 from plant import steepest_fall
 
 SETTLED = 40.0

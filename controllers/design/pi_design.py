@@ -9,12 +9,11 @@ from typing import Any
 
 import numpy as np
 
-from controllers.checks import check_positive, check_sensitivity, check_whole_delay
+from controllers.checks import PI_SENSITIVITY, check_positive, check_sensitivity, check_whole_delay
 from controllers.design.margins import LoopMargins, OpenLoop, largest_setting, loop_margins
 from controllers.design.sampled_loop import SampledLoop, open_loop
 from controllers.design.systems import LoopSystems, loop_systems
 from controllers.design.velocity_filter import NO_FILTER, VelocityFilter, filter_of
-from controllers.sensitivity import PI_SENSITIVITY
 
 INTEGRAL_RATIO = 5.0
 """Ratio of the crossover of the proportional loop to the corner of the integral part."""

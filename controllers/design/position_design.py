@@ -6,11 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from controllers.checks import check_positive, check_sensitivity, check_whole_delay
+from controllers.checks import PI_SENSITIVITY, check_positive, check_sensitivity, check_whole_delay
 from controllers.design.margins import LoopMargins, OpenLoop, in_hertz, largest_setting, loop_margins
 from controllers.design.pi_design import pi_gains
 from controllers.design.velocity_filter import VelocityFilter, filter_of, in_z
-from controllers.sensitivity import PI_SENSITIVITY
 
 BANDWIDTH_FRACTION = 1.0 / 6.0
 """Default position gain, as a fraction of the angular bandwidth of the velocity loop."""

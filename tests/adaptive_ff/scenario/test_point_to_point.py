@@ -3,8 +3,7 @@ import math
 import numpy as np
 import pytest
 
-from adaptive_ff.scenario.point_to_point import PointToPoint, plan_move
-from adaptive_ff.scenario.waves import Staircase, Triangle
+from adaptive_ff.scenario.waves import PointToPoint, Staircase, Triangle, plan_move
 
 STEP = 1e-5
 GENERATOR = np.random.default_rng(0)
