@@ -115,16 +115,8 @@ def register(
 ) -> None:
     """Let loops, compiled ones included, find the kernels of a class of parameters.
 
-    Parameters
-    ----------
-    kind : type
-        Class of the parameters.
-    step : callable
-        Kernel ``step(parameters, state, inputs) -> (output, state)``.
-    initial : callable
-        Makes the state at rest from the parameters.
-    estimates : callable, optional
-        Kernel ``write(parameters, state, row)`` of the estimates.
+    They are ``step(parameters, state, inputs) -> (output, state)`` and ``estimates(parameters, state, row)``;
+    ``initial`` makes the state at rest from the parameters.
     """
     STEPS[kind], ESTIMATES[kind], MONITORS[kind], _INITIAL[kind] = step, estimates, without_estimates, initial
 

@@ -97,8 +97,7 @@ def restored(text: str, name: str, version: int, belongs: Mapping[str, Any], tem
         )
     _check_belongs(saved.get("belongs_to"), belongs)
     state = rebuilt_state(template, content, "state")
-    check_sizes(state, "state")
-    check_matrices(state, "state")
+    check_numbers_of(state, "state")
     return state
 
 
@@ -115,20 +114,13 @@ def _check_belongs(found: Any, wanted: Mapping[str, Any]) -> None:
             raise ValueError(f"{key} = {str(other)[:80]} is not allowed: this controller has {value}")
 
 
-def check_sizes(value: Any, where: str) -> None:
-    """Raise ``ValueError`` where a number of a state (a named tuple) is beyond what a state can hold."""
+def check_numbers_of(value: Any, where: str) -> None:
+    """Raise ``ValueError`` where a state (a named tuple) has too large numbers, or a matrix that is not definite."""
     for key, item in value._asdict().items():
         if hasattr(item, "_asdict"):
-            check_sizes(item, f"{where}.{key}")
+            check_numbers_of(item, f"{where}.{key}")
         elif np.any(np.abs(np.asarray(item, dtype=np.float64)) > LARGEST):
             raise ValueError(f"{where}.{key} is not allowed: its numbers must be at most {LARGEST:g}")
-
-
-def check_matrices(value: Any, where: str) -> None:
-    """Raise ``ValueError`` where a matrix of a state (a named tuple) is not symmetric and positive definite."""
-    for key, item in value._asdict().items():
-        if hasattr(item, "_asdict"):
-            check_matrices(item, f"{where}.{key}")
         elif key in MATRICES and not _is_definite(item if np.ndim(item) == 2 else unpacked(item), MATRICES[key]):
             definite = "semi-definite" if MATRICES[key] < 0.0 else "definite"
             raise ValueError(f"{where}.{key} is not allowed: it must be symmetric and positive {definite}")

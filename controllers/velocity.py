@@ -32,15 +32,7 @@ INITIAL_VELOCITY_STATES: dict[type, Callable[..., Any]] = {}
 
 
 def velocity_estimator(kernel: Callable[..., Any], initial: Callable[..., Any]) -> Callable[[Estimator], Estimator]:
-    """Let controllers and loops, compiled ones included, use a class of parameters with a kernel.
-
-    Parameters
-    ----------
-    kernel : callable
-        See :data:`VELOCITY_ESTIMATORS`.
-    initial : callable
-        See :data:`INITIAL_VELOCITY_STATES`.
-    """
+    """Let loops, compiled ones included, use a class of parameters: an entry in each of the tables above."""
 
     def declare(cls: Estimator) -> Estimator:
         VELOCITY_ESTIMATORS[cls], INITIAL_VELOCITY_STATES[cls] = kernel, initial

@@ -10,7 +10,7 @@ is refused.
 import hashlib
 import math
 import struct
-from collections.abc import Iterator
+from itertools import islice
 from typing import Any
 
 import numpy as np
@@ -31,9 +31,10 @@ def layout(controller: Controller) -> list[Leaf]:
     return list(leaves(type_of(controller.state, "state", sizes=True)))
 
 
-def formats(single: bool) -> dict[Type, str]:
-    """Return how each kind of number is written."""
-    return {REAL: "f" if single else "d", INTEGER: "q", BOOLEAN: "B"}
+def payload(controller: Controller, single: bool) -> struct.Struct:
+    """Return how the numbers of a controller's state are written."""
+    letters: dict[Type, str] = {REAL: "f" if single else "d", INTEGER: "q", BOOLEAN: "B"}
+    return struct.Struct("<" + "".join(f"{leaf.count}{letters[leaf.kind]}" for leaf in layout(controller)))
 
 
 def belongings(controller: Controller) -> list[str]:
@@ -73,30 +74,21 @@ def checksum(content: bytes) -> int:
     return total
 
 
-def payload_size(controller: Controller, single: bool) -> int:
-    """Return how many bytes the numbers of the state take."""
-    letters = formats(single)
-    return sum(struct.calcsize(letters[leaf.kind]) * leaf.count for leaf in layout(controller))
-
-
 def state_to_bytes(controller: Controller, *, single: bool = False) -> bytes:
     """Return the state of a controller for the exported code's ``load_state``."""
-    letters = formats(single)
-    payload = b""
-    for leaf in layout(controller):
-        numbers = np.ravel(np.asarray(value_at(controller.state, leaf.path))).tolist()
-        payload += struct.pack(f"<{len(numbers)}{letters[leaf.kind]}", *numbers)
-    size = HEADER.size + len(payload)
-    return HEADER.pack(MAGIC, VERSION, size, checksum(payload), layout_hash(controller, single)) + payload
+    values = (value_at(controller.state, leaf.path) for leaf in layout(controller))
+    content = payload(controller, single).pack(*(number for value in values for number in np.ravel(value).tolist()))
+    size = HEADER.size + len(content)
+    return HEADER.pack(MAGIC, VERSION, size, checksum(content), layout_hash(controller, single)) + content
 
 
 def state_from_bytes(controller: Controller, content: bytes, *, single: bool = False) -> None:
     """Restore a state that the exported code's ``save_state`` wrote."""
-    expected = HEADER.size + payload_size(controller, single)
+    written = payload(controller, single)
+    expected = HEADER.size + written.size
     if len(content) != expected:
         raise InputError(f"state of {len(content)} bytes is not allowed: one of this controller has {expected}")
     letters, version, size, total, found = HEADER.unpack(content[: HEADER.size])
-    payload = content[HEADER.size :]
     if letters != MAGIC or version != VERSION or size != expected:
         raise InputError(f"state = {content[:12]!r}... is no saved state of version {VERSION}")
     if found != layout_hash(controller, single):
@@ -104,18 +96,11 @@ def state_from_bytes(controller: Controller, content: bytes, *, single: bool = F
             f"state with hash {found:016x} is of another controller than this {type(controller).__name__}, or of one "
             "with another period, inertia, gain or list of estimates"
         )
-    if total != checksum(payload):
+    if total != checksum(content[HEADER.size :]):
         raise InputError("state is damaged: its checksum does not agree with its numbers")
-    numbers = list(_numbers(controller, payload, single))
-    if any(isinstance(value, float) and math.isnan(value) for values in numbers for value in values):
+    numbers = written.unpack_from(content, HEADER.size)
+    if any(isinstance(value, float) and math.isnan(value) for value in numbers):
         raise InputError("state holds what is not a number")
-    flat = (values if leaf.is_array else values[0] for leaf, values in zip(layout(controller), numbers, strict=True))
+    left = iter(numbers)
+    flat = (list(islice(left, leaf.count)) if leaf.is_array else next(left) for leaf in layout(controller))
     controller.state = rebuilt(controller.state, flat)
-
-
-def _numbers(controller: Controller, payload: bytes, single: bool) -> Iterator[list[Any]]:
-    letters, place = formats(single), 0
-    for leaf in layout(controller):
-        part = struct.Struct(f"<{leaf.count}{letters[leaf.kind]}")
-        yield list(part.unpack_from(payload, place))
-        place += part.size

@@ -7,7 +7,7 @@ from functools import cached_property
 from typing import Any
 
 from adaptive_ff.errors import check_kind
-from adaptive_ff.export.buffer import layout_hash, payload_size
+from adaptive_ff.export.buffer import layout_hash, payload
 from adaptive_ff.export.errors import NotExportable, exporting
 from adaptive_ff.export.sample import Recording, check_exportable, new_one, record, regressor_leaf, restarted, switches
 from controllers import ESTIMATES, STEPS, Controller, Inputs, Output
@@ -72,7 +72,7 @@ class Export:
         self.regressors = regressor_leaf(controller)
         self.restarted = restarted(controller)
         self.parameter_leaves, self.state_leaves = list(leaves(self.parameters)), list(leaves(self.state))
-        self.hash, self.payload_size = layout_hash(controller, single), payload_size(controller, single)
+        self.hash, self.payload_size = layout_hash(controller, single), payload(controller, single).size
 
     @cached_property
     def recording(self) -> Recording:

@@ -17,24 +17,6 @@ CALM = 2.0
 FEW = 4096
 """Steps of a reference that are searched for its first motion at a time; most begin to move at once."""
 
-METRIC_UNITS = {
-    "rms_error": "rad/s",
-    "max_error": "rad/s",
-    "rms_error_start": "rad/s",
-    "rms_error_settled": "rad/s",
-    "max_error_settled": "rad/s",
-    "torque_variation": "N m",
-}
-"""Units of the figures of merit that every run has."""
-
-POSITION_UNITS = {
-    "rms_position_error": "rad",
-    "max_position_error": "rad",
-    "rms_position_error_settled": "rad",
-    "max_position_error_settled": "rad",
-}
-"""The same of those that a run with a position loop has as well."""
-
 
 @dataclass(frozen=True)
 class Metrics:
@@ -60,6 +42,13 @@ class PositionMetrics:
     # over the last half of the time after the last change of the joint, or of the run without one
     rms_position_error_settled: float
     max_position_error_settled: float
+
+
+METRIC_UNITS = {**dict.fromkeys(Metrics.__annotations__, "rad/s"), "torque_variation": "N m"}
+"""Units of the figures of merit that every run has."""
+
+POSITION_UNITS = dict.fromkeys(PositionMetrics.__annotations__, "rad")
+"""The same of those that a run with a position loop has as well."""
 
 
 def evaluate(
