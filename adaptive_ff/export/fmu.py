@@ -68,18 +68,12 @@ def fmu_variables(export: Export) -> list[Variable]:
     for name in optional_inputs():  # else one who connects it alone would not learn that it is not used
         described[name] = f"Used only while {name}_known is true. {described[name]}"
     reals = [(name, "input", described[name], units[name], "0") for name in export.input_names if name != "dt"]
-    reals += [
-        (f"regressors[{i}]", "input", "Further known regressor.", "", "0") for i in range(regressor_count(export))
-    ]
-    outputs = section(Output, "Attributes")
-    reals += [
-        (name if name not in export.input_names else f"{name}_out", "output", outputs[name], unit(outputs[name]), "")
-        for name, _ in export.output.fields
-    ]
-    reals += [
-        (f"estimates.{name}", "output", "Physical estimate.", estimate_unit(name), "")
-        for name in export.controller.estimate_names
-    ]
+    for place in range(regressor_count(export)):
+        reals.append((f"regressors[{place}]", "input", "Further known regressor.", "", "0"))
+    for name, text in section(Output, "Attributes").items():
+        reals.append((f"{name}{'_out' * (name in export.input_names)}", "output", text, unit(text), ""))
+    for name in export.controller.estimate_names:
+        reals.append((f"estimates.{name}", "output", "Physical estimate.", estimate_unit(name), ""))
     flags = [(f"{name}_known", f"Whether {name} is known.", "false") for name in optional_inputs()]
     for switch in export.switches:
         state = value_at(export.controller.state, switch.leaves[0].path)

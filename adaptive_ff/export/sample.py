@@ -9,11 +9,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from adaptive_ff.export.buffer import layout
 from adaptive_ff.export.errors import NotExportable
 from controllers import ESTIMATES, STEPS, Controller, Inputs
 from controllers.kernels.comments import section
-from controllers.kernels.leaves import Leaf, leaves, rebuilt, value_at
-from controllers.kernels.types import BOOLEAN, type_of
+from controllers.kernels.leaves import Leaf, rebuilt, value_at
+from controllers.kernels.types import BOOLEAN
 
 SAMPLES = 200
 """Length of the recorded run."""
@@ -39,16 +40,13 @@ class Recording:
 def check_exportable(controller: Any, single: bool) -> None:
     """Raise ``NotExportable`` for what is no controller with kernels, or not in single precision."""
     known = [cls.__name__.removesuffix("Parameters") for cls in STEPS if cls.__name__.endswith("Parameters")]
+    name = type(controller).__name__
     if not isinstance(controller, Controller) or type(controller.parameters) not in STEPS:
-        name = type(controller).__name__
         raise NotExportable(f"controller = {name} cannot be exported: it has no kernel; there are {', '.join(known)}")
     if controller.estimate_names and type(controller.parameters) not in ESTIMATES:
-        raise NotExportable(
-            f"controller = {type(controller).__name__} cannot be exported: no kernel gives its estimates"
-        )
+        raise NotExportable(f"controller = {name} cannot be exported: no kernel gives its estimates")
     if single and controller.needs_double:
-        name, reason = type(controller).__name__, controller.needs_double
-        raise NotExportable(f"controller = {name} cannot be exported in single precision: {reason}")
+        raise NotExportable(f"controller = {name} cannot be exported in single precision: {controller.needs_double}")
 
 
 def new_one(controller: Controller) -> Controller:
@@ -82,16 +80,12 @@ def switches(controller: Controller) -> list[Switch]:
             setattr(changed, name, value)
             states.append(changed.state)
         on, off = states
-        differ = [
-            leaf
-            for leaf in leaves(type_of(controller.state, "state", sizes=True))
-            if not np.array_equal(value_at(on, leaf.path), value_at(off, leaf.path), equal_nan=True)
-        ]
+        pairs = ((leaf, value_at(on, leaf.path), value_at(off, leaf.path)) for leaf in layout(controller))
+        differ = [leaf for leaf, first, second in pairs if not np.array_equal(first, second, equal_nan=True)]
         plain = all(leaf.kind == BOOLEAN and not leaf.is_array and value_at(on, leaf.path) for leaf in differ)
         if not differ or not plain:
-            raise NotExportable(
-                f"{type(controller).__name__}.{name} cannot be exported: it sets more than truth values"
-            )
+            owner = type(controller).__name__
+            raise NotExportable(f"{owner}.{name} cannot be exported: it sets more than truth values")
         found.append(Switch(name, (inspect.getdoc(item) or "").partition("\n")[0], tuple(differ)))
     return found
 
@@ -101,8 +95,7 @@ def restarted(controller: Controller) -> list[tuple[Leaf, Any]]:
 
     The state is marked in two ways, and what keeps neither mark has been set.
     """
-    found = list(leaves(type_of(controller.state, "state", sizes=True)))
-    pairs = []
+    found, pairs = layout(controller), []
     for marks in ({"real": 0.125, "integer": 3, "boolean": True}, {"real": 0.375, "integer": 5, "boolean": False}):
         marked = copy.deepcopy(controller).run_uncompiled()
         values = [np.full(leaf.shape, marks[leaf.kind.kind]) for leaf in found]
@@ -126,7 +119,7 @@ def regressor_leaf(controller: Controller) -> Leaf | None:
     held = getattr(controller, "regressors", None)
     if held is None:
         return None
-    found = [leaf for leaf in leaves(type_of(controller.state, "state", sizes=True)) if leaf.is_array and leaf.count]
+    found = (leaf for leaf in layout(controller) if leaf.is_array and leaf.count)
     return next((leaf for leaf in found if np.shares_memory(value_at(controller.state, leaf.path), held)), None)
 
 
@@ -137,13 +130,10 @@ def record(controller: Controller, samples: int = SAMPLES) -> Recording:
     not known, the period varies: a sample of all that the code must bear, not a judgement of the controller.
     """
     own = copy.deepcopy(controller).run_uncompiled()
-    arrays = [leaf for leaf in leaves(type_of(own.state, "state", sizes=True)) if leaf.is_array]
-    held = [value_at(own.state, leaf.path) for leaf in arrays]
+    held = {leaf: value_at(own.state, leaf.path) for leaf in layout(own) if leaf.is_array}
     inputs = made_up_inputs(own.period, samples)
-    outputs = []
-    for row in inputs:
-        outputs.append(list(own.step_plain(Inputs(*row.tolist()))))
-    for leaf, array in zip(arrays, held, strict=True):
+    outputs = [list(own.step_plain(Inputs(*row))) for row in inputs.tolist()]
+    for leaf, array in held.items():
         if value_at(own.state, leaf.path) is not array:
             raise NotExportable(f"state.{leaf.member} is replaced by another array in a step; change it in place")
     return Recording(inputs, np.array(outputs, dtype=float))
@@ -170,7 +160,6 @@ def made_up_inputs(period: float, samples: int, seed: int = 101) -> NDArray[np.f
     for name in optional_inputs():
         columns[name] = np.where(generator.uniform(size=samples) < 0.1, math.nan, columns[name])
     lost = generator.uniform(size=samples) < 0.03
-    columns["velocity"] = np.where(
-        lost, generator.choice([math.nan, math.inf, -math.inf], samples), columns["velocity"]
-    )
+    broken = generator.choice([math.nan, math.inf, -math.inf], samples)
+    columns["velocity"] = np.where(lost, broken, columns["velocity"])
     return np.column_stack([columns[name] for name in Inputs._fields])
