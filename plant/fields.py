@@ -1,7 +1,9 @@
-"""Kinds of numbers that the fields of a scenario may hold, and the base of its tables, whose ``help()`` can be read."""
+"""Numbers that a joint is made of and stepped with, and the base of a scenario's tables, whose help can be read."""
 
 import inspect
+import math
 import re
+import reprlib
 import textwrap
 from collections.abc import Callable
 from functools import cache
@@ -22,6 +24,31 @@ Finite = Annotated[float, Field(allow_inf_nan=False, strict=True)]
 
 LINE = re.compile(r"^(?: {4}(?:(\w+): [^#\n]*?)?(?: *# (.*))?|.*)$", re.MULTILINE)
 """A line of a table: name and comment of a field, of which one or both may be missing."""
+
+
+def check_numbers(**values: Any) -> None:
+    """Raise ``TypeError`` for the first value that is no number, ``ValueError`` for one that no ``float`` can hold."""
+    for name, value in values.items():
+        try:
+            math.isfinite(value)
+        except TypeError:
+            raise TypeError(f"{name} = {reprlib.repr(value)} is not allowed: it must be a number") from None
+        except OverflowError:  # a whole number of hundreds of digits
+            raise ValueError(f"{name} = {reprlib.repr(value)} is not allowed: its size must be below 1e308") from None
+
+
+def check_finite(name: str, value: float, unit: str) -> None:
+    """Raise ``ValueError`` for a value that is not finite, ``TypeError`` for no number."""
+    check_numbers(**{name: value})
+    if not math.isfinite(value):
+        raise ValueError(f"{name} = {value} is not allowed: it must be a finite number of {unit}")
+
+
+def check_period(name: str, value: float) -> None:
+    """Raise ``ValueError`` for a period that is not positive and finite, ``TypeError`` for no number."""
+    check_numbers(**{name: value})
+    if not 0.0 < value < math.inf:
+        raise ValueError(f"{name} = {value} is not allowed: it must be positive and finite")
 
 
 class _Shown(str):

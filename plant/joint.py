@@ -6,8 +6,7 @@ from typing import Any, Literal, Self
 
 from pydantic import model_validator
 
-from plant.checks import check_numbers, check_period
-from plant.fields import Finite, NonNegative, Positive, Table
+from plant.fields import Finite, NonNegative, Positive, Table, check_numbers, check_period
 from plant.friction import Stribeck, sliding_friction, steepest_fall
 from plant.gravity import Gravity
 from plant.registry import CHECK_PERIOD, READY_JOINT, STEP_READY, register

@@ -5,9 +5,9 @@ from typing import Annotated, Any
 from pydantic import Discriminator, Tag
 
 from plant.backlash import BacklashJoint
-from plant.checks import check_finite
 from plant.elastic import ElasticJoint
 from plant.elasto_plastic import ElastoPlasticJoint
+from plant.fields import check_finite
 from plant.gravity import gravity_torque
 from plant.joint import FrictionFields, JointModel, whole_multiple
 from plant.lugre import LuGreJoint

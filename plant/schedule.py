@@ -23,8 +23,7 @@ from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from plant.change import UNCHANGED, JointChange
-from plant.checks import check_period
-from plant.fields import Finite, NonNegative, Positive, Table
+from plant.fields import Finite, NonNegative, Positive, Table, check_period
 from plant.registry import CHANGE_JOINT, CHECK_PERIOD, SCALE_JOINT
 
 LOAD = JointChange._fields.index("load")

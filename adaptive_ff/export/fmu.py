@@ -12,9 +12,8 @@ from pathlib import Path
 
 from adaptive_ff.export.errors import compile_export
 from adaptive_ff.export.export import Export
-from adaptive_ff.export.rendering import rendered
 from adaptive_ff.export.sample import optional_inputs
-from adaptive_ff.export.source import estimate_unit, header, source
+from adaptive_ff.export.source import estimate_unit, header, rendered, source
 from controllers import Inputs, Output
 from controllers.kernels.comments import plain, section, unit
 from controllers.kernels.compiler import compiler

@@ -9,8 +9,7 @@ from adaptive_ff.errors import InputError, checked_path
 from adaptive_ff.export.errors import exporting
 from adaptive_ff.export.export import Export
 from adaptive_ff.export.fmu import VERSIONS, fmu
-from adaptive_ff.export.rendering import rendered
-from adaptive_ff.export.source import header, source
+from adaptive_ff.export.source import header, rendered, source
 from adaptive_ff.files import staged
 from controllers import Controller, feedback_state
 from controllers.checks import checked_switch

@@ -1,16 +1,20 @@
-"""Header and source of an exported controller: translated kernels, settings and start state in their templates."""
+"""Header and source of an exported controller: translated kernels, settings and start state in their templates.
+
+These are ``templates/*.jinja``, in which the files can be read as they are.
+"""
 
 import importlib
 import math
+from functools import cache
 from importlib.metadata import version
 from typing import Any
 
 import numpy as np
+from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from adaptive_ff.adaptive.arguments import LARGEST_REGRESSOR
 from adaptive_ff.export.buffer import HEADER, MAGIC, VERSION, state_to_bytes
 from adaptive_ff.export.export import Export
-from adaptive_ff.export.rendering import rendered
 from adaptive_ff.export.sample import optional_inputs, unchecked_inputs
 from adaptive_ff.friction.model import unit_of
 from controllers.kernels.comments import comment_lines, joined, plain, summary
@@ -21,6 +25,22 @@ from controllers.kernels.types import Array, Line, Record, Type, passed_by_point
 
 WIDTH = 100
 """Longest initialiser on one line."""
+
+
+@cache
+def _environment() -> Environment:
+    return Environment(
+        loader=PackageLoader("adaptive_ff.export"),
+        undefined=StrictUndefined,
+        keep_trailing_newline=True,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+
+
+def rendered(name: str, **values: Any) -> str:
+    """Return a file of an export by the name of its template, with the values that stand in it."""
+    return _environment().get_template(f"{name}.jinja").render(values)
 
 
 def header(export: Export) -> str:
