@@ -89,7 +89,7 @@ class Table(BaseModel, metaclass=_Quiet):
 @cache
 def _documented(table: type[BaseModel]) -> str:
     """Return the docstring of a table with a section of its own fields, or of those that it inherits if it has none."""
-    text, heading, rest = inspect.cleandoc(vars(table)["__doc__"]).partition("\n\nRaises\n")
+    text, heading, rest = inspect.cleandoc(vars(table)["__doc__"] or "").partition("\n\nRaises\n")
     said = next((found for base in table.__mro__ if (found := _described(base))), {})
     lines = ["", "Parameters", "----------"] if said else []
     for meaning, group in groupby(said, said.__getitem__):
@@ -102,9 +102,13 @@ def _documented(table: type[BaseModel]) -> str:
 
 def _described(table: Any) -> dict[str, str]:
     """Return what the source of a table says of its fields, of several below one comment the same."""
+    try:
+        lines = LINE.findall(inspect.getsource(table)) if issubclass(table, Table) else []
+    except (OSError, TypeError):  # its source is not at hand
+        return {}
     found: dict[str, str] = {}
     said, is_open = "", False
-    for name, note in LINE.findall(inspect.getsource(table)) if issubclass(table, Table) else ():
+    for name, note in lines:
         said = f"{said} {note}" if note and is_open else note or (said if name else "")
         is_open = bool(note) and not name
         if said and name in table.model_fields:
