@@ -60,29 +60,8 @@ def check_positive(**values: float) -> None:
             raise ValueError(f"{name} = {value} is not allowed: it must be positive and finite")
 
 
-MOST_DELAY = 1000
-"""Most periods of delay that a loop is designed for; each makes its polynomials longer."""
-
-
-def check_whole_delay(delay: int) -> None:
-    """Raise ``ValueError`` for a delay that is no whole number of periods, ``TypeError`` for no number."""
-    check_numbers(delay=delay)
-    if not (0 <= delay <= MOST_DELAY and delay % 1 == 0):
-        rule = f"it must be a whole number of periods, from zero to {MOST_DELAY}"
-        raise ValueError(f"delay = {delay} is not allowed: {rule}")
-
-
 PI_SENSITIVITY, OBSERVER_SENSITIVITY = 1.7, 2.0
 """Default bounds on the maximum sensitivity ``max |1/(1 + L)|`` of PI, and of a loop with an observer."""
-
-
-def check_sensitivity(maximum_sensitivity: float) -> None:
-    """Raise ``ValueError`` for a bound on the maximum sensitivity that is not above 1, ``TypeError`` for no number."""
-    check_numbers(maximum_sensitivity=maximum_sensitivity)
-    if not 1.0 < maximum_sensitivity < math.inf:
-        rule = "it must be more than 1, and finite"
-        raise ValueError(f"maximum_sensitivity = {maximum_sensitivity} is not allowed: {rule}")
-
 
 MOST_PERIODS = 1000.0
 """Longest lag of a measured velocity that is accepted, sampling periods: longer ones are milliseconds."""

@@ -9,12 +9,29 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
+from controllers.checks import check_numbers
+
 FREQUENCIES = 2000
 """Points of the frequency response from the slowest frequency to the Nyquist frequency."""
 
 
 OpenLoop = tuple[NDArray[Any], NDArray[Any], float]
 """Numerator and denominator of an open loop in ``z``, falling powers, and where its response begins, rad a sample."""
+
+
+MOST_DELAY = 1000
+"""Most periods of delay that a loop is designed for; each makes its polynomials longer."""
+
+
+def check_design(delay: int, maximum_sensitivity: float = 2.0) -> None:
+    """Raise ``ValueError`` for a delay of no whole periods or a bound not above 1, ``TypeError`` for no number."""
+    check_numbers(delay=delay, maximum_sensitivity=maximum_sensitivity)
+    if not (0 <= delay <= MOST_DELAY and delay % 1 == 0):
+        rule = f"it must be a whole number of periods, from zero to {MOST_DELAY}"
+        raise ValueError(f"delay = {delay} is not allowed: {rule}")
+    if not 1.0 < maximum_sensitivity < math.inf:
+        rule = "it must be more than 1, and finite"
+        raise ValueError(f"maximum_sensitivity = {maximum_sensitivity} is not allowed: {rule}")
 
 
 @dataclass(frozen=True)

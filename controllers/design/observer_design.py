@@ -21,9 +21,9 @@ from typing import Any
 
 import numpy as np
 
-from controllers.checks import check_numbers, check_positive, check_sensitivity, check_whole_delay
+from controllers.checks import check_numbers, check_positive
 from controllers.design.kalman_gains import scaled_disturbance_gains
-from controllers.design.margins import LoopMargins, OpenLoop, in_hertz, largest_setting, loop_margins
+from controllers.design.margins import LoopMargins, OpenLoop, check_design, in_hertz, largest_setting, loop_margins
 from controllers.design.sampled_loop import Compensation, SampledLoop, open_loop, sampled_loop
 from controllers.design.velocity_filter import filter_of
 from controllers.observers.inertia_observer import double_pole_gains
@@ -117,8 +117,7 @@ def design_observer(
     check_numbers(integral=gains[1])
     if not 0.0 <= gains[1] < math.inf:
         raise ValueError(f"integral = {gains[1]} is not allowed: it must be zero or more and finite")
-    check_whole_delay(delay)
-    check_sensitivity(maximum_sensitivity)
+    check_design(delay, maximum_sensitivity)
     loop = sampled_loop(gains[0] * period / inertia, gains[1] * period**2 / inertia, int(delay), filter_of(velocity))
     if bandwidth is None:
         angle = fastest_angle(loop, float(maximum_sensitivity), compensation)

@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from controllers.checks import PI_SENSITIVITY, check_positive, check_sensitivity, check_whole_delay
-from controllers.design.margins import LoopMargins, OpenLoop, largest_setting, loop_margins
+from controllers.checks import PI_SENSITIVITY, check_positive
+from controllers.design.margins import LoopMargins, OpenLoop, check_design, largest_setting, loop_margins
 from controllers.design.sampled_loop import SampledLoop, open_loop
 from controllers.design.systems import LoopSystems, loop_systems
 from controllers.design.velocity_filter import NO_FILTER, VelocityFilter, filter_of
@@ -196,8 +196,7 @@ def fastest_bandwidth(
 
 def _check_loop(period: float, delay: int, maximum_sensitivity: float) -> None:
     check_positive(period=period)
-    check_whole_delay(delay)
-    check_sensitivity(maximum_sensitivity)
+    check_design(delay, maximum_sensitivity)
 
 
 @cache

@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from controllers.checks import PI_SENSITIVITY, check_positive, check_sensitivity, check_whole_delay
-from controllers.design.margins import LoopMargins, OpenLoop, in_hertz, largest_setting, loop_margins
+from controllers.checks import PI_SENSITIVITY, check_positive
+from controllers.design.margins import LoopMargins, OpenLoop, check_design, in_hertz, largest_setting, loop_margins
 from controllers.design.pi_design import pi_gains
 from controllers.design.velocity_filter import VelocityFilter, filter_of, in_z
 
@@ -73,8 +73,7 @@ def design_position_loop(
         An argument is no number.
     """
     check_positive(period=period, bandwidth=bandwidth)
-    check_whole_delay(delay)
-    check_sensitivity(maximum_sensitivity)
+    check_design(delay, maximum_sensitivity)
     gain = default_position_gain(bandwidth) if gain is None else gain
     check_positive(gain=gain)
     relative, filtered = bandwidth * period, filter_of(velocity)

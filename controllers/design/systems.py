@@ -6,8 +6,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from controllers.checks import check_finite, check_positive, check_whole_delay
-from controllers.design.margins import LoopMargins, loop_margins
+from controllers.checks import check_finite, check_positive
+from controllers.design.margins import LoopMargins, check_design, loop_margins
 from controllers.design.velocity_filter import filter_of, in_z
 
 SLOWEST = 1e-4
@@ -68,7 +68,7 @@ def loop_systems(
     import control  # here, not above: it loads matplotlib and scipy.signal, a second that designs of gains do not need
 
     check_positive(inertia=inertia, period=period)
-    check_whole_delay(delay)
+    check_design(delay)
     check_finite(proportional=proportional, integral=integral, friction_slope=friction_slope)
     pole = math.exp(-friction_slope * period / inertia)
     gain = period / inertia if friction_slope == 0.0 else (1.0 - pole) / friction_slope
