@@ -132,7 +132,7 @@ class AdaptiveController(IdentifyingController):
     """
 
     monitor_names = ("change_probability", "observer_gain", "observer_torque")
-    state_version = 6
+    state_version = 7
 
     def __init__(
         self,

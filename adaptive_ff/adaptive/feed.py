@@ -41,10 +41,12 @@ class Fed(NamedTuple):
         Friction that is not fed, N m.
     known : float
         Torque known from elsewhere, N m.
-    sliding, stays : float
-        Friction in the torque, and what of it stays at standstill: that over paths, or what is held there, N m.
-    steady, held, standing : float
-        Torque that the integral holds in the mean, friction held at standstill, and what of it is new, N m.
+    steady : float
+        Torque that the integral holds in the mean, N m.
+    held, sliding : float
+        Friction that stays at standstill, bent over paths or held there, and all friction along the reference, N m.
+    standing : float
+        What is fed of friction that is newly held at standstill, N m.
     largest : float
         Largest friction at low speed, N m.
     """
@@ -54,10 +56,9 @@ class Fed(NamedTuple):
     change: float
     kept: float
     known: float
-    sliding: float
-    stays: float
     steady: float
     held: float
+    sliding: float
     standing: float
     largest: float
 
@@ -86,16 +87,14 @@ def at_standstill(
             weight = min(1.0, inputs.dt * pi.integral / pi.proportional * parameters.tuning.steady)
         return state.friction, steady + weight * (integral - steady), 0.0, 0.0
     if static <= 0.0:
-        return state.friction, steady, state.stays, 0.0
-    before, held = state.stays, state.held
+        return state.friction, steady, state.held, 0.0
+    before = state.held
     if not state.rested:
         apart = 2.0 * distance_apart(0.0, state.foreseen, speed_level(parameters, state, parameters.tuning.standing))
-        before += apart * (state.fed_friction - state.stays)
-        held = before
+        before += apart * (state.sliding - before)
         for i in range(LAGS):
             state.friction.lagged[i] *= 1.0 - apart
-    held += integral - steady
-    held = min(max(held, -static), static)
+    held = min(max(before + integral - steady, -static), static)
     return hold(state.friction, held / static), steady, before, held
 
 
@@ -135,7 +134,7 @@ def feed_in_place(
     )
     if math.isfinite(inputs.inertia):
         psi[INERTIA] *= inputs.inertia / machine.inertia
-    known, torque, change, kept, sliding, stays = inputs.feedforward, 0.0, 0.0, 0.0, 0.0, 0.0
+    known, torque, change, kept, sliding = inputs.feedforward, 0.0, 0.0, 0.0, 0.0
     if machine.includes_inertia:
         known -= machine.inertia * psi[INERTIA]
     for i in range(psi.size - 2):
@@ -145,16 +144,13 @@ def feed_in_place(
         kept += (1.0 - fed) * psi[i] * mean[LOOP + i]
         state.given[i] = mean[LOOP + i]
         if COULOMB <= i < PATHS + state.friction.bent.size:
-            sliding += fed * psi[i] * mean[LOOP + i]
-        if PATHS <= i < PATHS + state.friction.bent.size:
-            stays += fed * psi[i] * mean[LOOP + i]
-    if rests:
-        stays = machine.friction_share * held
+            sliding += psi[i] * mean[LOOP + i]
+        if not rests and PATHS <= i < PATHS + state.friction.bent.size:
+            held += psi[i] * mean[LOOP + i]
+    standing = machine.friction_share * (held - before) if rests else 0.0
     for i in range(psi.size):
         put_in(state.response, i, psi[i])
-    return Fed(
-        friction, torque, change, kept, known, sliding, stays, steady, held, stays - before if rests else 0.0, largest
-    )
+    return Fed(friction, torque, change, kept, known, steady, held, sliding, standing, largest)
 
 
 def next_gain(

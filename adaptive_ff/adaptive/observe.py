@@ -1,7 +1,9 @@
 """Observer of the torque that the feedforward lacks, and its gain.
 
-    d = 0.85 low-pass(u - fed - J de/dt),      gain = min(1, 2 R^2),      R^2 = <e0 G d>^2 / (<e0^2> <(G d)^2>)
+    d = 0.85 low-pass(u - fed + J de/dt + sigma e)
+    gain = min(1, 2 R^2),      R^2 = <e0 G d>^2 / (<e0^2> <(G d)^2>)
 
+What is fed holds viscous friction along the reference; the joint's own is less by ``sigma e``, which is no disturbance.
 ``e0`` is the error without the observer, ``G d`` the response of the loop to what is observed: how much of that error
 it explains is their coefficient of determination, over the last second. Where a drive gives less torque than it is
 asked for and does not say so, what it keeps is lacking, too; observed in part, it stays bounded.
@@ -10,6 +12,8 @@ asked for and does not say so, what it keeps is lacking, too; observed in part, 
 import math
 
 from adaptive_ff.adaptive.state import AdaptiveParameters, AdaptiveState, Observer
+from adaptive_ff.friction.columns import VISCOUS
+from adaptive_ff.learning.kalman import LOOP
 from controllers import delayed
 
 
@@ -44,7 +48,12 @@ def gate(parameters: AdaptiveParameters, observer: Observer) -> float:
 
 
 def observed(
-    parameters: AdaptiveParameters, state: AdaptiveState, torque: float, acceleration: float, duration: float
+    parameters: AdaptiveParameters,
+    state: AdaptiveState,
+    torque: float,
+    error: float,
+    acceleration: float,
+    duration: float,
 ) -> float:
     """Return the observed torque after a period, N m.
 
@@ -54,11 +63,14 @@ def observed(
         The controller.
     torque : float
         Torque that acted, N m.
+    error : float
+        Error, rad/s.
     acceleration : float
         Change of the error, rad/s^2.
     duration : float
         The period, s.
     """
     lacking = torque - delayed(state.modelled, parameters.feedback.delay) + parameters.machine.inertia * acceleration
+    lacking += state.mean[LOOP + VISCOUS] * error
     follows = -math.expm1(-parameters.machine.observer_pole * duration)
     return state.observer.torque + follows * (parameters.tuning.observed_fraction * lacking - state.observer.torque)

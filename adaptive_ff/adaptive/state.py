@@ -193,8 +193,8 @@ class AdaptiveState(NamedTuple):
         Whether a position, and the last velocity, were given.
     steady : float
         Torque that the integral holds in the mean, N m.
-    held, fed_friction, stays : float
-        Friction held at standstill, friction that is fed, and what of it stays at standstill, N m.
+    held, sliding : float
+        Friction that stays at standstill, bent over paths or held there, and all friction along the reference, N m.
     rested : bool
         Whether the reference rested.
     modelled : tuple of float
@@ -235,8 +235,7 @@ class AdaptiveState(NamedTuple):
     measured: bool
     steady: float
     held: float
-    fed_friction: float
-    stays: float
+    sliding: float
     rested: bool
     modelled: tuple[float, ...]
     enabled: bool
@@ -282,8 +281,7 @@ def initial_adaptive_state(parameters: AdaptiveParameters) -> AdaptiveState:
         measured=False,
         steady=0.0,
         held=0.0,
-        fed_friction=0.0,
-        stays=0.0,
+        sliding=0.0,
         rested=False,
         modelled=delay_line(parameters.feedback.delay),
         enabled=True,

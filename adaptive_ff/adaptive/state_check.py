@@ -11,7 +11,7 @@ from controllers.plausibility import LARGEST_VELOCITY, MOST_TIME, largest_torque
 ROUNDING = 1e-9
 """How far an estimate may lie beyond its range, relative to it."""
 
-SIZES = ("held", "handed", "steady", "fed_friction", "stays")
+SIZES = ("held", "handed", "steady", "sliding")
 """Torques of the state, N m."""
 
 

@@ -159,7 +159,7 @@ def observe(
     if not known or (rests and not moves):
         return observer.torque, observer.gain
     change = (period.error - period.leap - state.error) / inputs.dt
-    return observed(parameters, state, period.torque, change, inputs.dt), gate(parameters, observer)
+    return observed(parameters, state, period.torque, period.error, change, inputs.dt), gate(parameters, observer)
 
 
 def step_adaptive(parameters: AdaptiveParameters, state: AdaptiveState, inputs: Inputs) -> tuple[Output, AdaptiveState]:
@@ -220,8 +220,7 @@ def step_adaptive(parameters: AdaptiveParameters, state: AdaptiveState, inputs: 
         measured=period.measured,
         steady=fed.steady,
         held=fed.held,
-        fed_friction=fed.sliding,
-        stays=fed.stays,
+        sliding=fed.sliding,
         rested=rests,
         modelled=remember(state.modelled, fed.known + fed_gain * (fed.torque + fed.kept)),
         fed_gain=fed_gain,

@@ -7,6 +7,7 @@ import pytest
 from closed_loops import SCENARIO, build_setup, drive
 
 from adaptive_ff import AdaptiveController, load_scenario, simulate
+from adaptive_ff.adaptive.observe import observed
 from adaptive_ff.adaptive.tuning import Tuning
 from controllers import pi_gains
 
@@ -77,6 +78,16 @@ def test_every_constant_can_be_set_and_acts():
     first, second = (drive(one, setup)[0].torque for one in controllers)
     assert not np.array_equal(first, second)
     assert controllers[1].observer_gain < 1e-12
+
+
+@pytest.mark.parametrize("load", [0.0, 5.0])
+def test_viscous_friction_that_a_slower_joint_has_less_is_not_observed_as_a_load(load):
+    """It turns steadily at 0.9 of its reference of 1 rad/s: 40 N m are fed, 36 N m and the load are needed."""
+    model = {"inertia": 20.0, "coulomb": 0.0, "stiction": 0.0, "viscous": 40.0, "friction_lag": 0.02}
+    controller = AdaptiveController(*pi_gains(20.0, 10.0), 0.01, inertia=20.0, stribeck_velocity=0.05, model=model)
+    state = controller.state._replace(modelled=(40.0,) * len(controller.state.modelled))
+    after_a_long_time = observed(controller.parameters, state, 36.0 + load, 0.1, 0.0, 1e3)
+    assert after_a_long_time == pytest.approx(controller.parameters.tuning.observed_fraction * load, abs=1e-9)
 
 
 @pytest.mark.parametrize("share", [0.5, 0.85])
