@@ -187,7 +187,7 @@ class Controller:
         TypeError
             An argument is no number.
         """
-        given = (
+        torque: float | None = self._fast(
             reference,
             velocity,
             next_reference,
@@ -201,8 +201,22 @@ class Controller:
             next_acting_reference,
             regressors,
         )
-        torque: float | None = self._fast(*given)
-        return self._checked_step(*given) if torque is None else torque
+        if torque is not None:
+            return torque
+        return self._checked_step(
+            reference,
+            velocity,
+            next_reference,
+            correction,
+            position,
+            realised_torque,
+            feedforward,
+            inertia,
+            dt,
+            acting_reference,
+            next_acting_reference,
+            regressors,
+        )
 
     def _checked_step(self, *given: Any) -> float:
         """Do a step with inputs and regressors that have not been checked."""
