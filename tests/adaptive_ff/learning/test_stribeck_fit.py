@@ -179,3 +179,7 @@ def changed(which, place, value):
 def test_bad_points_are_refused(arguments, message):
     with pytest.raises(ValueError, match=message):
         fit_stribeck(*arguments)
+
+
+def test_as_few_points_as_the_message_names_are_enough():
+    assert fit_stribeck(SPEEDS[::5], GOOD[1][::5]).estimates["coulomb"].value == pytest.approx(60.0, rel=1e-6)
