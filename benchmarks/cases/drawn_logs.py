@@ -5,7 +5,7 @@ sensors sample it. The first half has the terms of the identified models: Coulom
 in some a lag, a Stribeck curve, viscous friction that bends or differs by direction. The second half has friction laws
 of other forms (LuGre, Maxwell slip, a power of the speed, a smooth sign), friction that warms up or depends on position
 or load, an elastic gear, coupling torques, a filtered or late torque, coarse encoders, and clocks that jitter. Of
-these friction over load has become a term of the models.
+these friction over load is a term of the models as well.
 
 Beside them are joints of another simulator that stick under PI alone: stiction falls with the square of the speed.
 """
@@ -27,6 +27,7 @@ FINE = 4000.0  # rate at which motion and friction are computed, Hz
 
 MODELLED = ("plain", "lag", "stribeck", "bend", "directions")
 FOREIGN = ("lugre", "maxwell", "power", "smooth", "warming", "position", "load", "elastic", "coupled", "late")
+TERMS = (*MODELLED, "load")  # what the identified models have terms for
 
 
 class Case(NamedTuple):

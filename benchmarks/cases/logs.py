@@ -1,7 +1,7 @@
 """Whether the 95 % intervals of ``identify`` hold the truth, on synthetic logs.
 
-Of each drawn joint there are two records along different motions; half of the joints have the terms of the identified
-models, half have physics that these lack. ``repeats`` says whether both estimates are apart by no more than the halves
+Of each drawn joint there are two records along different motions; about half of the joints have the terms of the
+identified models, the others have physics that these lack. ``repeats`` says whether both estimates are apart by no more than the halves
 of their intervals between them.
 """
 
@@ -14,12 +14,10 @@ from adaptive_ff.identify.identification import identify_log
 from adaptive_ff.identify.result import UNUSABLE
 from adaptive_ff.logs.log import Log
 from adaptive_ff.studies.study import Found
-from benchmarks.cases.drawn_logs import driven_case, make_case
+from benchmarks.cases.drawn_logs import TERMS, driven_case, make_case
 from benchmarks.suite import seeded
 
 NAMES = ("inertia", "coulomb", "viscous")
-
-HALVES = ("terms of the model", "other physics")  # rows of drawn joints, by the parity of their seed
 
 Figures = dict[str, list[float]]
 
@@ -63,7 +61,7 @@ def run_drawn(seed: int, controllers: list[str]) -> Found:
     both = [examine(case.log, case.truth) for case in cases]
     figures = {name: [value for one in both for value in one.get(name, [])] for name in both[0] | both[1]}
     figures |= repetition(*both)
-    return {"": {"row": HALVES[seed % 2]}, **dict.fromkeys(controllers, figures)}
+    return {"": {"row": "terms of the model" if cases[0].kind in TERMS else "other physics"}, **dict.fromkeys(controllers, figures)}
 
 
 def run_driven(seed: int, controllers: list[str]) -> Found:
