@@ -1,8 +1,8 @@
 """Whether the 95 % intervals of ``identify`` hold the truth, on synthetic logs.
 
 Of each drawn joint there are two records along different motions; about half of the joints have the terms of the
-identified models, the others have physics that these lack. ``repeats`` says whether both estimates are apart by no more than the halves
-of their intervals between them.
+identified models, the others have physics that these lack. ``repeats`` says whether both estimates are apart by no more
+than the halves of their intervals between them.
 """
 
 import math
@@ -61,7 +61,8 @@ def run_drawn(seed: int, controllers: list[str]) -> Found:
     both = [examine(case.log, case.truth) for case in cases]
     figures = {name: [value for one in both for value in one.get(name, [])] for name in both[0] | both[1]}
     figures |= repetition(*both)
-    return {"": {"row": "terms of the model" if cases[0].kind in TERMS else "other physics"}, **dict.fromkeys(controllers, figures)}
+    row = "terms of the model" if cases[0].kind in TERMS else "other physics"
+    return {"": {"row": row}, **dict.fromkeys(controllers, figures)}
 
 
 def run_driven(seed: int, controllers: list[str]) -> Found:
