@@ -369,7 +369,8 @@ def make_for_machine(scenario: Scenario, name: str) -> Any:
     """
     limit = scenario.actuator.torque_limit
     known = {"torque_limit": limit} if name == "adaptive" and limit is not None else {}
-    return CONTROLLERS[name](loop_of(scenario, name), **known)
+    loop = loop_of(scenario, name)
+    return CONTROLLERS[name](loop, **known)
 
 
 def make_controller(scenario: Scenario, name: str, own: Mapping[str, Own] | None = None) -> Any:
