@@ -65,7 +65,7 @@ def compile_group() -> None:
 
 
 def run_commands() -> None:
-    """Compile what the commands need for a log."""
+    """Compile what the commands on a log need beside steps and loops."""
     with tempfile.TemporaryDirectory() as folder:
         command, log = [sys.executable, "-m", "adaptive_ff"], str(Path(folder, "results", "pi.csv"))
         columns = ["--velocity", "measured", "--torque", "torque"]
@@ -74,10 +74,10 @@ def run_commands() -> None:
 
 
 def jobs() -> list[Callable[[], None]]:
-    """Return all that is compiled, each a job of its own, the longest first."""
+    """Return steps and loops, each a job of its own."""
     kinds = {type(make_controller(load_scenario(), name).parameters): name for name in reversed(CONTROLLERS)}
     joints = {type(load_scenario(name).joint.parameters): name for name in reversed(scenario_names())}
-    found: list[Callable[[], None]] = [run_commands, compile_group]
+    found: list[Callable[[], None]] = [compile_group]
     found += [partial(compile_steps, name, length) for name in kinds.values() for length in LENGTHS]
     found += [partial(compile_loop, joint, each) for joint in joints.values() for each in ESTIMATORS]
     return found
@@ -90,6 +90,7 @@ def main(target: Path) -> None:
         cache_directory.cache_clear()
         with ProcessPoolExecutor(os.cpu_count()) as pool:
             list(pool.map(call, jobs()))
+        run_commands()
         library = target / BUILT.name
         shutil.rmtree(library, ignore_errors=True)
         shutil.copytree(cache_directory(), library, ignore=shutil.ignore_patterns("*.part", "tmp*"))
