@@ -15,9 +15,8 @@ from controllers import PI, pi_gains
 
 NAMES = ["pi", "adaptive", "adaptive_unsupervised", "adaptive_paper", "canudas", "disturbance_observer", "repetitive"]
 SHORT = SCENARIO.modified(duration=6.0)
+AFTER = SCENARIO.modified(duration=1.0)  # what a controller whose state was accepted is driven through
 LOST = (math.nan, math.inf)
-AFTER = SCENARIO.modified(duration=1.0)
-"""More than any torque of the built-in joint's controllers can be, N m."""
 
 
 def tampered(text):
