@@ -69,6 +69,17 @@ def test_tables_serve_every_kind(model):
 
 
 CARRIED = ("lugre", "maxwell", "rolling")
+RIGID = [name for name in MODELS if name not in ("elastic", "backlash")]
+
+
+@pytest.mark.parametrize("kind", RIGID)
+def test_twice_the_friction_on_twice_the_inertia_moves_alike_under_twice_the_torque(kind):
+    joint = MODELS[kind].parameters
+    twice = SCALE_JOINT[type(joint)](joint, 2.0)._replace(inertia=40.0, offset=2.0 * joint.offset)
+    before = run(joint, initial_state(joint, 0.1), TORQUES, 1e-3)
+    after = run(twice, initial_state(twice, 0.1), 2.0 * TORQUES, 1e-3)
+    assert after[:, [0, 2]] == pytest.approx(before[:, [0, 2]], rel=1e-9, abs=1e-15)
+    assert after[:, 1] == pytest.approx(2.0 * before[:, 1], rel=1e-9, abs=1e-12)
 
 
 @pytest.mark.parametrize("velocity", [0.003, 0.3, -0.05])
