@@ -62,7 +62,8 @@ def left_out(found: LogIdentification) -> list[str]:
     """Return the names of what the best model has and the simulated joint has not."""
     values = found.best.values
     names = [name for name in values if name in NOT_SIMULATED or name.startswith(("force_hat", "friction_hat"))]
-    return names + (["dip at low speed"] if values.get("stiction_excess", 0.0) < 0.0 else [])
+    names += ["dip at low speed"] if values.get("stiction_excess", 0.0) < 0.0 else []
+    return names + (["viscous friction below zero"] if abs(found.value(ASYMMETRY)) > found.value("viscous") else [])
 
 
 def scenario_text(found: LogIdentification, reference: str) -> str:
@@ -87,6 +88,7 @@ def scenario_text(found: LogIdentification, reference: str) -> str:
     model = found.torque_model(1.0 if found.units["torque"] == "A" else None)
     joint = _joint(found, model, period)
     learnt, simulated = _beside_friction(found)
+    has = {"load_friction"} if "load_share" in simulated.get("variation", {}) else set()
     intervals = {
         name: f"{100.0 * found.confidence:g} % interval {one.lower:.4g} to {one.upper:.4g}"
         for name, one in found.joint_parameters.items()
@@ -104,7 +106,7 @@ def scenario_text(found: LogIdentification, reference: str) -> str:
         learnt=learnt,
         simulated=simulated,
         viscous=model.viscous,
-        left_out=left_out(found),
+        left_out=[name for name in left_out(found) if name not in has],
     )
 
 

@@ -1,8 +1,8 @@
 """Open loop: the identified model, simulated on another log from its torque alone.
 
 It is the protocol of the EMPS benchmark (A. Janot, M. Gautier, M. Brunot, 2019): identified on one record, the model
-simulates the position of the other, and the root mean square of the error counts. What is simulated is the model that
-``identify`` writes; nothing is fitted anew.
+simulates the position of the other, and the root mean square of the error counts. What the simulated joint lacks of the
+identified model is said; nothing is fitted anew.
 """
 
 import math
@@ -16,6 +16,7 @@ from adaptive_ff.identify.identification import identify_log
 from adaptive_ff.identify.motion import Array, derivative, lowpass
 from adaptive_ff.identify.preparation import prepare
 from adaptive_ff.identify.result import LogIdentification
+from adaptive_ff.identify.scenario_text import left_out
 from adaptive_ff.logs.log import Log, check_log
 from adaptive_ff.reported import Reported
 from controllers import compiled
@@ -31,6 +32,10 @@ STEP = 1e-3
 
 FOLLOWS, DRIFTS = 0.1, 0.5
 """Error in the windows over the motion in them, up to which the model follows, and up to which it drifts only."""
+
+
+WAVES = ("force_sine", "force_cosine", "friction_sine", "friction_cosine")
+"""What names of waves over position begin with."""
 
 
 class Load(NamedTuple):
@@ -164,7 +169,11 @@ def score_log(train: Log, test: Log, **given: Any) -> Score:
     training = _simulated(found, train, delay, linear=linear)
     other = training if same else _simulated(found, test, delay, linear=linear)
     deviation = float(np.std(other["measured"]))
-    said = list(found.cautions)
+    said, has = list(found.cautions), {"torque_delay", *(["load_friction"] if found.best.model.shape.load else [])}
+    waves = [name for name in found.best.values if name.startswith(WAVES)]
+    lacks = [name for name in left_out(found) if name not in has] + waves
+    if lacks:
+        said.append(f"{train.name}: the model has as well, and the simulated joint lacks: {', '.join(lacks)}")
     if same:
         said.append(
             f"{test.name}: is the log that the model is identified on; its error says nothing about other motion"

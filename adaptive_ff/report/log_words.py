@@ -91,7 +91,7 @@ def _narrowing(found: LogIdentification) -> str:
     widest = max(found.vague, key=lambda name: found.best.parameters[name].half_width)
     kind, times = found.narrowed_by[widest]
     more = {True: MORE, False: LESS}[times > 1.0][kind]
-    return f"{more} narrow {widest} most ({times:.2g} times the usual {kind})"
+    return f"{more} would narrow {widest} most ({times:.2g} times the usual {kind})"
 
 
 def details(found: LogIdentification) -> list[str]:
