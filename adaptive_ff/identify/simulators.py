@@ -27,8 +27,6 @@ if TYPE_CHECKING:
 EARTH = 9.81
 """Acceleration of gravity, m/s^2."""
 
-NOT_EXPRESSED = ("friction_lag", "path", "load_friction", "viscous_asymmetry")
-"""Parameters that no engine has."""
 
 ENDINGS = {"mjcf": "joint.xml", "urdf": "joint.urdf", "isaac": "joint_isaac.py", "drake": "joint_drake.py"}
 """Names of the files that are written, and of their templates, by the simulator."""
@@ -88,7 +86,9 @@ def _not_expressed(found: "LogIdentification", joint: dict[str, float], kind: st
     lost = []
     if joint["stiction"] > joint["coulomb"]:
         lost.append(f"stiction {joint['stiction']:.4g} with a Stribeck velocity of {joint['stribeck_velocity']:.4g}")
-    lost += [f"{name.replace('_', ' ')} {found.value(name):.4g}" for name in NOT_EXPRESSED if found.value(name)]
+    lost += [
+        f"{name.replace('_', ' ')} {found.value(name):.4g}" for name in ("friction_lag", "path") if found.value(name)
+    ]
     if joint["offset"]:
         lost.append(f"offset {joint['offset']:.4g} (a constant torque against the motor's)")
     if joint["gravity"] and kind not in ("mjcf", "urdf"):
