@@ -31,9 +31,8 @@ class Case(NamedTuple):
 
 Rows = Mapping[str, tuple[Any, ...]]  # arguments of what runs a row, by the name of the row
 
-Generator = Callable[
-    ..., list[Case]
-]  # returns cases for a ``count`` of seeds from the ``first`` on, and more arguments
+Generator = Callable[..., list[Case]]
+"""Returns cases for a ``count`` of seeds from the ``first`` on, and more arguments."""
 
 
 def seeded(run: Callable[..., dict[str, Any]], rows: Rows | Callable[..., Rows], *, first: int = 1) -> Generator:

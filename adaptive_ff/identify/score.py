@@ -12,11 +12,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from adaptive_ff.errors import InputError
+from adaptive_ff.identify.columns import ASYMMETRY
 from adaptive_ff.identify.identification import identify_log
 from adaptive_ff.identify.motion import Array, derivative, lowpass
 from adaptive_ff.identify.preparation import prepare
 from adaptive_ff.identify.result import LogIdentification
-from adaptive_ff.identify.scenario_text import left_out
 from adaptive_ff.logs.log import Log, check_log
 from adaptive_ff.reported import Reported
 from controllers import compiled
@@ -34,20 +34,23 @@ FOLLOWS, DRIFTS = 0.1, 0.5
 """Error in the windows over the motion in them, up to which the model follows, and up to which it drifts only."""
 
 
-WAVES = ("force_sine", "force_cosine", "friction_sine", "friction_cosine")
-"""What names of waves over position begin with."""
+LACKS = ("force_", "friction_hat", "friction_sine", "friction_cosine", "path")
+"""What names of parameters begin with that the simulated joint has not."""
 
 
-class Load(NamedTuple):
-    """The torque of a weight, and by how much friction rises with it and with the torque that accelerates the joint."""
+class Beside(NamedTuple):
+    """What the torque of a joint holds beside inertia, Coulomb and viscous friction, offset and lag."""
 
     weight: Gravity
-    friction: float
+    load_friction: float  # by how much friction rises with that torque and the one that accelerates the joint
+    excess: float  # what friction is more, or less, at standstill than at speed, N m
+    stribeck_velocity: float  # rad/s
+    asymmetry: float  # half of what viscous friction differs by between both directions, N m s/rad
 
 
 @compiled
 def _follow(
-    joint: JointParameters, load: Load, torque: Array, start: Array, period: float, length: int, position: Array
+    joint: JointParameters, beside: Beside, torque: Array, start: Array, period: float, length: int, position: Array
 ) -> None:
     """Simulate the joint from the measured state at the start of each segment of a length."""
     state, before = JointState(0.0, 0.0, 0.0), 0.0
@@ -56,24 +59,14 @@ def _follow(
             state = JointState(start[1, k], friction_at(joint.friction, joint.backward, start[1, k]), start[0, k])
             before = state.velocity
         position[k] = state.position
-        pull = gravity_torque(load.weight, state.position)
-        more = load.friction * abs(pull + joint.inertia * (state.velocity - before) / period)
-        before = state.velocity
-        now = JointParameters(
-            joint.inertia,
-            _raised(joint.friction, more),
-            _raised(joint.backward, more),
-            joint.offset,
-            joint.friction_lag,
-        )
-        state = step_joint(now, state, torque[k] - pull, period)
-
-
-def _raised(curve: Stribeck, more: float) -> Stribeck:
-    """Return a friction curve with more Coulomb friction, N m."""
-    return Stribeck(
-        curve.coulomb + more, curve.stiction + more, curve.viscous, curve.stribeck_velocity, curve.stribeck_shape
-    )
+        pull, speed = gravity_torque(beside.weight, state.position), abs(state.velocity)
+        more = beside.load_friction * abs(pull + joint.inertia * (state.velocity - before) / period)
+        if beside.excess != 0.0:
+            more += beside.excess * math.exp(-speed / beside.stribeck_velocity)
+        dry, before = max(0.0, joint.friction.coulomb + more), state.velocity
+        curve = Stribeck(dry, dry, joint.friction.viscous, joint.friction.stribeck_velocity, 1.0)
+        now = JointParameters(joint.inertia, curve, curve, joint.offset, joint.friction_lag)
+        state = step_joint(now, state, torque[k] - pull - beside.asymmetry * speed, period)
 
 
 @dataclass(frozen=True, eq=False)
@@ -169,9 +162,8 @@ def score_log(train: Log, test: Log, **given: Any) -> Score:
     training = _simulated(found, train, delay, linear=linear)
     other = training if same else _simulated(found, test, delay, linear=linear)
     deviation = float(np.std(other["measured"]))
-    said, has = list(found.cautions), {"torque_delay", *(["load_friction"] if found.best.model.shape.load else [])}
-    waves = [name for name in found.best.values if name.startswith(WAVES)]
-    lacks = [name for name in left_out(found) if name not in has] + waves
+    said, own_load = list(found.cautions), bool(found.best.model.shape.load)
+    lacks = [one for one in found.best.values if one.startswith(LACKS) or (one == "load_friction" and not own_load)]
     if lacks:
         said.append(f"{train.name}: the model has as well, and the simulated joint lacks: {', '.join(lacks)}")
     if same:
@@ -203,19 +195,17 @@ def _simulated(found: LogIdentification, log: Log, delay: float | None, *, linea
     smooth = lowpass(prepared.band, segment.period)(segment.position)
     velocity = np.interp(grid, time, derivative(smooth, segment.period))
     start = np.vstack([np.interp(grid, time, segment.position), velocity])
-    known = found.torque_model(1.0 if found.units["torque"] == "A" else None)
-    curve = Stribeck(known.coulomb, known.stiction, known.viscous, known.stribeck_velocity, known.stribeck_shape)
-    forward, backward = (
-        curve._replace(viscous=max(0.0, known.viscous + one))
-        for one in (known.viscous_asymmetry, -known.viscous_asymmetry)
-    )
-    lag = found.value("friction_lag")  # a path is left out
-    joint = JointParameters(known.inertia, forward, backward, known.offset, lag)
-    load = Load(Gravity(*found.gravity), max(0.0, found.value("load_friction")) if found.best.model.shape.load else 0.0)
+    names = ("coulomb", "viscous", "stribeck_velocity")
+    coulomb, viscous, slow = (max(0.0, found.value(name)) for name in names)
+    slow = slow or 1.0  # of no excess
+    curve = Stribeck(coulomb, coulomb, viscous, slow, 1.0)
+    joint = JointParameters(found.value("inertia"), curve, curve, found.value("offset"), found.value("friction_lag"))
+    carried = max(0.0, found.value("load_friction")) if found.best.model.shape.load else 0.0
+    beside = Beside(Gravity(*found.gravity), carried, found.value("stiction_excess"), slow, found.value(ASYMMETRY))
     results = []
     for length in (grid.size, max(1, round(WINDOW / step))):
         simulated = np.empty(grid.size)
-        _follow(joint, load, torque, start, step, length, simulated)
+        _follow(joint, beside, torque, start, step, length, simulated)
         results.append(simulated[::fine])
     whole, windows = (np.where(np.isfinite(one), one, 1e300) for one in results)
     length = max(1, round(WINDOW / segment.period))

@@ -158,6 +158,21 @@ def test_open_loop_follows_another_log_of_the_joint_and_not_one_of_another(heavy
     assert score.to_dict()["verdict"] == "follows"
 
 
+@pytest.mark.parametrize(
+    "friction",
+    [
+        lambda q, w: np.sign(w) * (0.8 - 0.5 * np.exp(-np.abs(w) / 0.4)),
+        lambda q, w: 0.8 * np.sign(w) + 0.1 * w + 0.8 * np.abs(w),
+    ],
+    ids=["dips at low speed", "falls with the speed one way"],
+)
+def test_open_loop_has_friction_that_no_scenario_has(friction):
+    log, _ = sines_log(friction)
+    score = score_log(log.part(slice(0, 15000)), log.part(slice(15000, None)), linear=True)
+    assert score.windows < 0.05 * score.moved
+    assert not any("lacks" in caution for caution in score.cautions)
+
+
 def test_score_of_the_log_itself_is_said_to_say_nothing(heavy):
     score = score_log(heavy[0], heavy[0])
     assert any("its error says nothing about other motion" in caution for caution in score.cautions)
