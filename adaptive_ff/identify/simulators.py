@@ -27,6 +27,12 @@ if TYPE_CHECKING:
 EARTH = 9.81
 """Acceleration of gravity, m/s^2."""
 
+NOT_EXPRESSED = ("friction_lag", "path", "load_friction", "viscous_asymmetry")
+"""Terms of a model that no engine has."""
+
+GEARED = {"coulomb": 1, "stiction": 1, "offset": 1, "path": -1, "stribeck_velocity": -1}
+GEARED |= dict.fromkeys(("inertia", "viscous", "viscous_asymmetry"), 2)
+"""Power of the gear ratio by which the motor's number is the joint's."""
 
 ENDINGS = {"mjcf": "joint.xml", "urdf": "joint.urdf", "isaac": "joint_isaac.py", "drake": "joint_drake.py"}
 """Names of the files that are written, and of their templates, by the simulator."""
@@ -48,9 +54,9 @@ def simulator_text(found: "LogIdentification", kind: str, *, gear_ratio: float =
         raise InputError(f"simulator {kind!r} is not known; allowed: {', '.join(ENDINGS)}")
     check_positive(gear_ratio=gear_ratio)
     model = torque_model(found, 1.0 if found.units["torque"] == "A" else None)
-    joint = {name: getattr(model, name) * gear_ratio for name in ("coulomb", "stiction", "offset")}
-    joint |= {name: getattr(model, name) * gear_ratio**2 for name in ("inertia", "viscous")}
-    joint |= {"stribeck_velocity": model.stribeck_velocity / gear_ratio, "gravity": found.gravity[0] * gear_ratio}
+    own = model._asdict() | {name: found.value(name) for name in NOT_EXPRESSED}
+    joint = {name: value * gear_ratio ** GEARED.get(name, 0) for name, value in own.items()}
+    joint["gravity"] = found.gravity[0] * gear_ratio
     mass, centre = _weight(joint["inertia"], joint["gravity"], found.gravity[1])
     lines = [f"Joint identified from {found.source}: {found.grade}."]
     if found.units["torque"] == "A":
@@ -86,9 +92,7 @@ def _not_expressed(found: "LogIdentification", joint: dict[str, float], kind: st
     lost = []
     if joint["stiction"] > joint["coulomb"]:
         lost.append(f"stiction {joint['stiction']:.4g} with a Stribeck velocity of {joint['stribeck_velocity']:.4g}")
-    lost += [
-        f"{name.replace('_', ' ')} {found.value(name):.4g}" for name in ("friction_lag", "path") if found.value(name)
-    ]
+    lost += [f"{name.replace('_', ' ')} {joint[name]:.4g}" for name in NOT_EXPRESSED if joint[name]]
     if joint["offset"]:
         lost.append(f"offset {joint['offset']:.4g} (a constant torque against the motor's)")
     if joint["gravity"] and kind not in ("mjcf", "urdf"):
