@@ -88,8 +88,9 @@ class Table(BaseModel, metaclass=_Quiet):
 
 @cache
 def _documented(table: type[BaseModel]) -> str:
-    """Return the docstring of a table with a section of its own fields, or of those that it inherits if it has none."""
-    text, heading, rest = inspect.cleandoc(vars(table)["__doc__"] or "").partition("\n\nRaises\n")
+    """Return the docstring of a table, or of its base, with a section of its own fields, or of those of its base."""
+    own = next((found for base in table.__mro__ if (found := vars(base).get("__doc__"))), "")
+    text, heading, rest = inspect.cleandoc(own).strip().partition("\n\nRaises\n")
     said = next((found for base in table.__mro__ if (found := _described(base))), {})
     lines = ["", "Parameters", "----------"] if said else []
     for meaning, group in groupby(said, said.__getitem__):
@@ -101,7 +102,7 @@ def _documented(table: type[BaseModel]) -> str:
 
 
 def _described(table: Any) -> dict[str, str]:
-    """Return what the source of a table says of its fields, of several below one comment the same."""
+    """Return the comments of a table's fields: each its own, else the one above the group that it stands in."""
     try:
         lines = LINE.findall(inspect.getsource(table)) if issubclass(table, Table) else []
     except (OSError, TypeError):  # its source is not at hand
@@ -109,10 +110,12 @@ def _described(table: Any) -> dict[str, str]:
     found: dict[str, str] = {}
     said, is_open = "", False
     for name, note in lines:
-        said = f"{said} {note}" if note and is_open else note or (said if name else "")
-        is_open = bool(note) and not name
-        if said and name in table.model_fields:
-            found[name] = f"{said[0].upper()}{said[1:]}{'' if said.endswith('.') else '.'}"
+        if name:
+            meaning, said, is_open = note or said, "" if note else said, False
+            if meaning and name in table.model_fields:
+                found[name] = f"{meaning[0].upper()}{meaning[1:]}{'' if meaning.endswith('.') else '.'}"
+        else:
+            said, is_open = f"{said} {note}" if note and is_open else note, bool(note)
     return found
 
 

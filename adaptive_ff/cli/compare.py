@@ -1,10 +1,10 @@
 """Command ``adaptive-ff compare``."""
 
 from collections.abc import Mapping
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
-from threading import Thread
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -145,10 +145,8 @@ def compare_command(
     warn(loaded.cautions())
     with staged_results(output) as results:
         try:
-            Thread(
-                target=import_module, args=("matplotlib.figure",)
-            ).start()  # loops and compilers leave it a processor
-            with bars(*loaded.controllers, *mine) as done:
+            with ThreadPoolExecutor(1) as beside, bars(*loaded.controllers, *mine) as done:
+                beside.submit(import_module, "matplotlib.figure")  # loops and compilers leave it a processor
                 comparison = compare(loaded, own=mine, progress=done, thin=thin, seeds=seeds)
         except ArithmeticError as error:
             raise InputError(f"{source}: the simulation fails: {error}") from error

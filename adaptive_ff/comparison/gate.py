@@ -27,6 +27,7 @@ TOLERANCE = 0.05  # default tolerance, relative
 GUARDED = frozenset({"pi", "pi_inertia", "fixed", "adaptive"})
 """Controllers of this package that are guarded where none are chosen; the others are yardsticks."""
 
+EXAMPLES = {"controllers": "adaptive", "metrics": "rms_error_settled"}  # of what may be named, for messages
 CONFIDENCE = 0.95  # of the interval of a mean over seeds that is tolerated where no tolerance is given
 
 Fraction = float | str
@@ -236,7 +237,8 @@ def _several(name: str, chosen: Iterable[str]) -> list[str]:
     """Return names as a list; a gate that looks at nothing would let everything pass."""
     names: list[Any] = list(chosen) if isinstance(chosen, Iterable) and not isinstance(chosen, str) else [None]
     if not all(isinstance(one, str) for one in names):
-        raise InputError(f"{name} = {chosen!r} is not allowed: it must be a list of names, such as [{str(chosen)!r}]")
+        example = chosen if isinstance(chosen, str) else EXAMPLES[name]
+        raise InputError(f"{name} = {chosen!r} is not allowed: it must be a list of names, such as [{example!r}]")
     if not names:
         raise InputError(f"{name} = [] is not allowed: name one at least, or leave it out for the default")
     return names

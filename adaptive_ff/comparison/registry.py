@@ -1,8 +1,8 @@
 """The controllers of a comparison by name, each made for a scenario by a factory of one argument.
 
 What the sources leave open did best in ``python -m benchmarks run tuning``, on other joints and seeds; the factories
-take it as arguments. Slower than the best of that search, which hold with little to spare, are the rates of
-``radial_basis``, where a drive is late, and of ``lugre_gradient``, by four below the rate at which it is unstable.
+take it as arguments. Two rates are slower than the best of that search, which are close to instability: that of
+``radial_basis`` where a drive is late, and that of ``lugre_gradient``, a quarter of the rate at which it is unstable.
 """
 
 import inspect

@@ -32,10 +32,6 @@ def regressor_names(parameters: Sequence[str] = ESTIMATED) -> tuple[str, ...]:
     return ("inertia_lag", *parameters)
 
 
-REGRESSORS = regressor_names()
-"""Columns for a joint that is the same in both directions."""
-
-
 class TorqueForm(NamedTuple):
     """Parameters of the regression.
 

@@ -9,6 +9,7 @@ import adaptive_ff
 import controllers
 from adaptive_ff import InputError, Scenario, load_scenario
 from plant import JointModel
+from plant.fields import StrictTable
 
 NOISE = ("numpy._typing", "numpy.ndarray[", "FieldInfo", "pydantic_core", "__pydantic", "Discriminator", "model_dump")
 
@@ -66,3 +67,30 @@ def test_types_of_arrays_are_named_in_signatures():
     assert "velocity: ArrayLike" in str(inspect.signature(adaptive_ff.fit_stribeck))
     assert "standard_error: ArrayLike | None = None" in str(inspect.signature(adaptive_ff.fit_stribeck))
     assert adaptive_ff.Run.__annotations__["time"].__repr__() == "NDArray[float64]"
+
+
+class Described(StrictTable):
+    """A table."""
+
+    # above two fields,
+    # in two lines
+    one: float = 0.0
+    two: float = 0.0
+    own: float = 0.0  # beside its field
+    bare: float = 0.0
+
+
+class Inherited(Described):
+    more: float = 0.0  # of the subclass
+
+
+def test_field_has_its_own_comment_or_that_above_its_group():
+    lines = [line.strip() for line in Described.__doc__.splitlines()]
+    assert lines == [
+        *("A table.", "", "Parameters", "----------", "one, two : float, optional"),
+        *("Above two fields, in two lines.", "own : float, optional", "Beside its field."),
+    ]
+
+
+def test_subclass_without_a_text_has_that_of_its_base():
+    assert Inherited.__doc__.startswith("A table.\n\nParameters\n----------\nmore : float, optional\n")

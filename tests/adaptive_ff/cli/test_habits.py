@@ -4,6 +4,7 @@ import csv
 import io
 import json
 import re
+import time
 from importlib.metadata import version
 
 import pytest
@@ -51,6 +52,14 @@ def test_controllers_are_chosen_on_the_command_line(tmp_path, scenario, without_
     assert outcome.status == 0
     assert {"pi.csv", "oracle.csv", "result.json"} == set(content_of(tmp_path / "out"))
     assert "'pid' is not known" in refusal("compare", scenario, "--controller", "pid", "--out", tmp_path / "out")
+
+
+def test_what_is_loaded_beside_the_runs_is_waited_for(tmp_path, scenario, without_pictures, monkeypatch):
+    loaded = []
+    slow = lambda name: (time.sleep(0.5), loaded.append(name))  # noqa: E731
+    monkeypatch.setattr("adaptive_ff.cli.compare.import_module", slow)
+    assert run_command_line("compare", scenario, "--controller", "pi", "--out", tmp_path / "out", "-q").status == 0
+    assert loaded == ["matplotlib.figure"]
 
 
 def test_json_goes_to_standard_output_alone(tmp_path, scenario, without_pictures):
