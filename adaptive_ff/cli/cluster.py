@@ -7,8 +7,7 @@ from typing import Any
 
 from adaptive_ff.errors import InputError
 
-PATIENCE = 20
-"""Time after which a scheduler that does not answer is given up, s."""
+PATIENCE = 20  # time after which a scheduler that does not answer is given up, s
 
 
 @contextmanager

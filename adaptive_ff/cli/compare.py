@@ -29,8 +29,7 @@ if TYPE_CHECKING:
     from adaptive_ff.scenario.scenario import Scenario
 
 
-WORSE = 1
-"""Exit status where a regression gate fails."""
+WORSE = 1  # exit status where a regression gate fails
 
 
 @dataclass

@@ -26,8 +26,7 @@ from adaptive_ff.errors import InputError
 if TYPE_CHECKING:
     from adaptive_ff.identify.result import LogIdentification
 
-SCENARIO, REFERENCE = "scenario.toml", "reference.csv"
-"""Files of the identified joint."""
+SCENARIO, REFERENCE = "scenario.toml", "reference.csv"  # files of the identified joint
 
 
 @dataclass

@@ -15,8 +15,7 @@ from adaptive_ff.errors import InputError
 
 KNOWN_FORMATS = ("png", "pdf", "svg")
 
-STANDARD_OUTPUT = Path("-")
-"""What stands for standard output instead of a file."""
+STANDARD_OUTPUT = Path("-")  # what stands for standard output instead of a file
 
 
 class TableForm(StrEnum):
@@ -49,8 +48,7 @@ class Common:
     tables: Annotated[TableForm, typer.Option(help="How tables are printed.")] = TableForm.TEXT
 
 
-SETTINGS = Common()
-"""Of the command that runs; a process runs one at a time."""
+SETTINGS = Common()  # of the command that runs; a process runs one at a time
 
 
 @dataclass

@@ -24,8 +24,7 @@ Shown = Iterable[Any]
 
 COMPILES = "First run on this machine: the controllers are compiled, once (some ten seconds)."
 
-LONGEST_LIST = 10
-"""Most skipped segments of a log that are printed; the JSON holds all."""
+LONGEST_LIST = 10  # most skipped segments of a log that are printed; the JSON holds all
 
 
 @dataclass

@@ -11,8 +11,7 @@ from adaptive_ff.cli.options import Linear, LogFile, MeasuredColumns, TorqueDela
 from adaptive_ff.cli.output import bars, staged_results, warn_of_skips
 from adaptive_ff.errors import read_text
 
-BAND = 20.0
-"""Default of ``--band``; that of ``replay_log``, which the tests compare."""
+BAND = 20.0  # default of ``--band``; that of ``replay_log``, which the tests compare
 
 
 @dataclass

@@ -84,8 +84,7 @@ def made_for(scenario: Scenario, kind: Callable[..., Any], **given: Any) -> Any:
     return kind(**{name: value for name, value in known.items() if name in names and value is not None} | given)
 
 
-CONTROLLERS: dict[str, Maker] = {"pi": plain_pi}
-"""Factories by the names that scenarios, command line and results know."""
+CONTROLLERS: dict[str, Maker] = {"pi": plain_pi}  # factories by the names that scenarios, command line and results know
 
 
 def made_of(kind: Callable[..., Any], name: str = "") -> Callable[[Settings], Settings]:

@@ -25,8 +25,7 @@ Array = NDArray[np.float64]
 
 PICKED = re.compile(r"(?P<name>.+)\[(?P<place>\d+)\]")
 KINDS = {"U": "text", "S": "text", "c": "complex numbers"}
-KNOWN = "known torque"
-"""Role of the column of a torque that is subtracted."""
+KNOWN = "known torque"  # role of the column of a torque that is subtracted
 
 
 @dataclass(frozen=True, eq=False)

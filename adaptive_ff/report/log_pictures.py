@@ -44,12 +44,12 @@ def plot_identification(found: LogIdentification, folder: str | Path | None = No
 
 
 def _torque(found: LogIdentification) -> Figure:
-    rows, unit, name = found.rows, found.units["torque"], Path(found.name).name
+    rows, unit = found.rows, found.units["torque"]
     gaps = np.diff(rows.time, prepend=rows.time[0]) > 3.0 * float(np.median(np.diff(rows.time)))
     fitted = np.where(gaps, np.nan, rows.fitted)
     curves = [(rows.time, rows.torque, MEASURED), (rows.time, fitted, MODEL)]
     panels = [
-        Panel(f"{name}: torque ({unit}) in a band of {found.bandwidth:.3g} Hz, while sliding", curves),
+        Panel(f"torque ({unit}) in a band of {found.bandwidth:.3g} Hz, while sliding", curves),
         Panel(f"torque ({unit}), close-up", curves, span=_close_up(rows.time, rows.torque)),
         Panel(f"residual ({unit})", [(rows.time, rows.torque - fitted, LEFT)]),
     ]
@@ -76,9 +76,7 @@ def _friction(found: LogIdentification) -> Figure:
     low, high = (float(end) for end in np.quantile(friction, (0.002, 0.998)))
     margin = 0.15 * (high - low)
     panels = [
-        Panel(
-            f"{Path(found.name).name}: friction ({unit}), offset included", curves, limits=(low - margin, high + margin)
-        ),
+        Panel(f"friction ({unit}), offset included", curves, limits=(low - margin, high + margin)),
         Panel(f"measured − identified ({unit})", below, [(0.0, MODEL)]),
     ]
     return picture(panels, 6.4, f"velocity ({found.units['velocity']})", source=found.name)[0]
@@ -89,34 +87,24 @@ def _map(found: LogIdentification) -> Figure:
     position = np.linspace(float(rows.position.min()), float(rows.position.max()), 400)
     curves: list[tuple[Series, Series, Look]] = []
     for kind, look in (("friction", MODEL), ("force", LEFT)):
-        parts = {name: found.value(f"{kind}_{name}") for name in place.names}
-        if any(parts.values()):
-            curve = sum(
-                (value * place.fraction(name, position) for name, value in parts.items()), np.zeros(position.size)
-            )
-            curves.append((position, curve, {**look, "label": f"{kind} over position"}))
-    panel = Panel(f"{Path(found.name).name}: beside its mean ({found.units['torque']})", curves)
+        parts = [found.value(f"{kind}_{name}") * place.fraction(name, position) for name in place.names]
+        if np.any(parts):
+            curves.append((position, np.sum(parts, axis=0), {**look, "label": f"{kind} over position"}))
+    panel = Panel(f"torque beside its mean ({found.units['torque']})", curves)
     xlabel = f"position ({found.units['velocity'].removesuffix('/s')})"
     return picture([panel], 3.2, xlabel, source=found.name)[0]
 
 
 def plot_score(score: Score, folder: str | Path | None = None) -> dict[str, Figure]:
     """Draw measured and simulated position of the other log, and their difference below; ``score.png`` in a folder."""
-    unit = "m" if score.linear else "rad"
-    names = f"{Path(score.tested).name}, trained on {Path(score.trained).name}"
+    unit, time = "m" if score.linear else "rad", score.time
+    error = [(time, 1e3 * (score.simulated - score.measured), ERROR)]
     panels = [
-        Panel(
-            f"position ({unit}) of {names}",
-            [(score.time, score.measured, MEASURED), (score.time, score.simulated, SIMULATED)],
-        ),
-        Panel(
-            f"error (m{unit}), {1e3 * score.rms:.3g} rms",
-            [(score.time, 1e3 * (score.simulated - score.measured), ERROR)],
-            span=(float(score.time[0]), float(score.time[-1])),
-        ),
+        Panel(f"position ({unit})", [(time, score.measured, MEASURED), (time, score.simulated, SIMULATED)]),
+        Panel(f"error (m{unit}), {1e3 * score.rms:.3g} rms", error, span=_ends(time)),
     ]
-    figure, _ = picture(panels, 5.2, source=f"{score.tested}, trained on {score.trained}")
-    return write_into({"score": figure}, folder)
+    source = f"{Path(score.tested).name}, trained on {Path(score.trained).name}"
+    return write_into({"score": picture(panels, 5.2, source=source)[0]}, folder)
 
 
 def plot_replay(replay: Replay, folder: str | Path | None = None) -> dict[str, Figure]:
@@ -130,35 +118,24 @@ def plot_replay(replay: Replay, folder: str | Path | None = None) -> dict[str, F
 
 def _torques(replay: Replay) -> Figure:
     series, time, unit = replay.series, replay.series.time, replay.unit
-    names = [name for name in LOOKS if name in series.feedforward]
-    needed, near = (time, series.needed, NEEDED), _close_up(time, series.needed)
-    whole = (float(time[0]), float(time[-1]))
-    left = {name: series.needed - series.feedforward[name] for name in names}
-    high = 1.3 * peak_of(series.needed)
-    limit = 1.3 * float(np.quantile(np.abs(np.concatenate(list(left.values()))), 0.998))
-    title = (
-        f"{Path(replay.name).name}: torque that was needed ({unit}), band {replay.band:.3g} Hz; shaded: the close-up"
-    )
+    looks = {name: look for name, look in LOOKS.items() if name in series.feedforward}
+    needed, near, whole = (time, series.needed, NEEDED), _close_up(time, series.needed), _ends(time)
+    left = {name: series.needed - series.feedforward[name] for name in looks}
+    most = 1.3 * float(np.quantile(np.abs(list(left.values())), 0.998))  # a few peaks do not press the rest flat
+    high, low = ((-end, end) if end > 0.0 else None for end in (1.3 * peak_of(series.needed), most))
+    title = f"torque that was needed ({unit}), band {replay.band:.3g} Hz; shaded: the close-up"
     panels = [Panel(title, [needed], span=whole, shaded=near)]
-    panels += [
-        Panel(
-            f"close-up ({unit}): {LOOKS[name]['label']}",
-            [needed, (time, series.feedforward[name], LOOKS[name])],
-            span=near,
-            limits=(-high, high) if high > 0.0 else None,
-        )
-        for name in names
-    ]
-    panels += [
-        Panel(
-            f"torque left to the feedback ({unit}): {LOOKS[name]['label']}",
-            [(time, left[name], LOOKS[name])],
-            span=whole,
-            limits=(-limit, limit) if limit > 0.0 else None,  # a few peaks do not press the rest flat
-        )
-        for name in names
-    ]
-    return picture(panels, 2.2 + 2.2 * len(names), source=replay.name, shared=False)[0]
+    for name, look in looks.items():
+        beside = [needed, (time, series.feedforward[name], look)]
+        panels.append(Panel(f"close-up ({unit}): {look['label']}", beside, span=near, limits=high))
+    for name, look in looks.items():
+        label = f"torque left to the feedback ({unit}): {look['label']}"
+        panels.append(Panel(label, [(time, left[name], look)], span=whole, limits=low))
+    return picture(panels, 2.2 + 2.2 * len(looks), source=replay.name, shared=False)[0]
+
+
+def _ends(time: Series) -> tuple[float, float]:
+    return float(time[0]), float(time[-1])
 
 
 def _close_up(time: Series, torque: Series) -> tuple[float, float]:
@@ -166,19 +143,18 @@ def _close_up(time: Series, torque: Series) -> tuple[float, float]:
     reach = max(1, torque.size // 400)
     place = int(np.argmax(np.abs(torque[reach:] - torque[:-reach]))) + reach // 2
     length = CLOSE_UP * float(time[-1] - time[0])
-    start = min(max(float(time[place]) - 0.5 * length, float(time[0])), float(time[-1]) - length)
+    start = float(np.clip(time[place] - 0.5 * length, time[0], time[-1] - length))
     return start, start + length
 
 
 def _estimates(replay: Replay) -> Figure:
     time, histories = replay.series.time, replay.series.estimates
-    log = f"{Path(replay.name).name}: "
     panels = [
         Panel(
-            f"{'' if place else log}{name.replace('_', ' ')} ({replay.units[name]})",
+            f"{name.replace('_', ' ')} ({replay.units[name]})",
             [(time, history[name], LOOKS[which]) for which, history in histories.items()],
-            span=(float(time[0]), float(time[-1])),
+            span=_ends(time),
         )
-        for place, name in enumerate(next(iter(histories.values())))
+        for name in next(iter(histories.values()))
     ]
     return picture(panels, 1.1 * len(panels) + 0.8, source=replay.name)[0]

@@ -20,6 +20,7 @@ LESS = {"speed": "more motion at low speeds", "acceleration": "more motion at st
 """What to record, by the motion that narrows an interval, more or less of it than is usual."""
 
 NOTHING = 1e-6  # fraction of its interval below which a value is shown as zero
+LEAST_MOVE = 0.1  # fraction of half its interval by which a refinement must move a value to be said to
 
 SCORES = {
     "follows": "the model follows the joint",
@@ -169,11 +170,11 @@ def _percent(part: float) -> str:
 
 def _moved(found: LogIdentification) -> str:
     """Say how far the refinements move the textbook's parameters."""
-    assert found.refined is not None
-    parts = []
+    parts, refined = [], {} if found.refined is None else found.refined.values
     for name in ("inertia", "coulomb", "viscous"):
-        before, after = found.textbook.parameters.get(name), found.refined.values.get(name)
+        before, after = found.textbook.parameters.get(name), refined.get(name)
         if before is not None and before.lower > 0.0 and after is not None:
-            moved = 100.0 * (after / before.value - 1.0)
-            parts.append(f"{name} {'+' * (moved > 0.0)}{shown(moved, 2)} %")
-    return "against the textbook " + ", ".join(parts)
+            moved = after / before.value - 1.0
+            if abs(moved) > LEAST_MOVE * before.half_width:
+                parts.append(f"{name} {'+' * (moved > 0.0)}{shown(100.0 * moved, 2)} %")
+    return f"against the textbook {', '.join(parts)}" if parts else "the textbook's values stay within their intervals"

@@ -32,6 +32,7 @@ Look = Mapping[str, Any]
 COLUMNS = 2000  # that a long series is thinned to: more than a picture has pixels across
 
 WIDTH = 8.0  # inches of a figure
+MOST = 110  # characters of the line below, of the end of a longer one
 SIZE, SMALL = 9.0, 6.5  # points of letters, and of those of the line below
 LINE = 1.25 * SIZE  # points of a line of text
 LIFT = 5.0  # points between a panel and its label
@@ -256,7 +257,7 @@ def label_decades(axis: Axis, span: float) -> None:
 
 def stamp(figures: Iterable[Figure], source: str) -> None:
     """Say below each picture where it comes from (scenario and seed, or the log) and which version drew it."""
-    text = source.replace("$", r"\$")
+    text = (source if len(source) <= MOST else f"…{source[-MOST:]}").replace("$", r"\$")
     for figure in figures:
         figure.supxlabel(f"{text}, adaptive-ff {__version__}", x=0.99, ha="right", size=SMALL, color=QUIET)
 

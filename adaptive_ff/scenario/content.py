@@ -27,11 +27,8 @@ from controllers.arrays import NDArray
 from plant import Actuator, AnyJoint, FrictionChange, FrictionSchedule, FrictionVariation, Sensor, schedule
 from plant.fields import Positive, StrictTable
 
-MAIN_JOB = ["pi", "fixed", "oracle", "adaptive_paper", "adaptive"]
-"""The controllers of the main job."""
-
-LOST_BETWEEN_SAMPLES = 0.2
-"""Largest part of the reference (rms) that may be lost between the samples of the controller."""
+MAIN_JOB = ["pi", "fixed", "oracle", "adaptive_paper", "adaptive"]  # the controllers of the main job
+LOST_BETWEEN_SAMPLES = 0.2  # largest part of the reference (rms) that may be lost between the samples of the controller
 
 Reference = Annotated[Multisine | Recorded | PointToPoint | Triangle | Staircase | Fourier, Field(discriminator="kind")]
 REFERENCE: TypeAdapter[Any] = TypeAdapter(Reference)

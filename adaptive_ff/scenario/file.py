@@ -7,8 +7,7 @@ from typing import Any
 
 from adaptive_ff.scenario.scenario import Scenario
 
-COMMENTS_FROM = 34
-"""Column in which comments begin."""
+COMMENTS_FROM = 34  # column in which comments begin
 
 
 def to_toml(scenario: Scenario) -> str:

@@ -4,14 +4,11 @@ import tomllib
 from collections.abc import Iterable
 from pathlib import Path
 
-SCENARIOS = Path(__file__).resolve().parent / "scenarios"
-"""Their files; a recorded reference lies beside its scenario."""
-
+SCENARIOS = Path(__file__).resolve().parent / "scenarios"  # their files; a recorded reference lies beside its scenario
 GROUPS: dict[str, list[str]] = tomllib.loads(SCENARIOS.with_name("groups.toml").read_text(encoding="utf-8"))
 """Names of scenarios by group, both in the order of the tables."""
 
-OTHERS = "Further scenarios"
-"""Group of those that are in no other."""
+OTHERS = "Further scenarios"  # group of those that are in no other
 
 
 def grouped(names: Iterable[str]) -> dict[str, list[str]]:

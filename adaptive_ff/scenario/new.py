@@ -17,24 +17,18 @@ from plant import JointModel, whole_multiple
 COULOMB_FRACTION, STICTION_FACTOR = 0.1, 1.25
 """Coulomb friction over the rated torque, and stiction over Coulomb friction, of a geared axis."""
 
-VISCOUS_FRACTION = 0.05
-"""Viscous friction at the rated speed over the rated torque."""
-
+VISCOUS_FRACTION = 0.05  # viscous friction at the rated speed over the rated torque
 STRIBECK_FRACTION, NOISE_FRACTION = 0.02, 2e-4
 """Stribeck velocity, and noise of the measured velocity, over the rated speed."""
 
-LOOP_FRACTION = 0.5
-"""Largest bandwidth of the PI loop over the one that a maximum sensitivity of 1.7 allows."""
-
+LOOP_FRACTION = 0.5  # largest bandwidth of the PI loop over the one that a maximum sensitivity of 1.7 allows
 CUTOFFS = (50.0, 100.0, 200.0, 25.0, 12.0, 400.0)
 """Corners of the low-pass behind an encoder that are tried where none is given, Hz, ..."""
 
 CUTOFF_FRACTION = 0.4
 """... and the largest of them, over the sampling frequency."""
 
-LONGEST_SOLVER_PERIOD = 0.001
-"""Longest solver period, s."""
-
+LONGEST_SOLVER_PERIOD = 0.001  # longest solver period, s
 SHORTEST_PERIOD = SHORTEST / LONGEST
 """Shortest sampling period, s: a scenario without a duration takes ``SHORTEST`` s, in at most ``LONGEST`` steps."""
 

@@ -15,14 +15,9 @@ PEAK_FACTOR = 7.0
 SLOW_FACTOR = 2.0
 """A reference that never exceeds this many Stribeck velocities does not show viscous and Coulomb friction apart."""
 
-SHORTEST = 10.0
-"""Shortest run that is warned of as too slow, s."""
-
-OFTEN = 0.02
-"""Fraction of the time in which the reference may need more than the torque limit without a warning."""
-
-USED_FRACTION = 0.7
-"""Fraction of the torque limit that a suggested or default peak needs."""
+SHORTEST = 10.0  # shortest run that is warned of as too slow, s
+OFTEN = 0.02  # fraction of the time in which the reference may need more than the torque limit without a warning
+USED_FRACTION = 0.7  # fraction of the torque limit that a suggested or default peak needs
 
 
 def largest_peak(joint: FrictionFields, limit: float, velocity: NDArray[np.float64], period: float) -> float:

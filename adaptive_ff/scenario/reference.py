@@ -15,9 +15,7 @@ from adaptive_ff.logs.text_tables import read_complete_table
 from adaptive_ff.scenario.series import chunks, largest_size, sum_of_sines
 from plant.fields import Finite, NonNegative, Positive, StrictTable
 
-SHORTEST = 60.0
-"""A recorded reference that is shorter than this (s) repeats until then."""
-
+SHORTEST = 60.0  # a recorded reference that is shorter than this (s) repeats until then
 LARGEST_SEAM = 0.05
 """Jump between the end and the start of a repeated reference, relative to its peak, that goes without a warning."""
 

@@ -7,8 +7,7 @@ from adaptive_ff.scenario.reference import Multisine
 from controllers import design_pi
 from plant import check_factor, whole_multiple
 
-LONGEST = 200_000_000
-"""Largest number of solver steps of a run; its series then fill some gigabytes."""
+LONGEST = 200_000_000  # largest number of solver steps of a run; its series then fill some gigabytes
 
 
 def check_periods(scenario: Content) -> None:

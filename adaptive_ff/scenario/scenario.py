@@ -19,8 +19,7 @@ from adaptive_ff.scenario.relations import RELATIONS
 from adaptive_ff.scenario.tables import FixedModel
 from adaptive_ff.scenario.validation import explain
 
-BUILT_IN = Path(__file__).with_name("reference_joint.toml")
-"""The built-in scenario."""
+BUILT_IN = Path(__file__).with_name("reference_joint.toml")  # the built-in scenario
 
 
 class Scenario(Content):

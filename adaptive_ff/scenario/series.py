@@ -8,8 +8,7 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
-CHUNK = 2**18
-"""Values of a series that are computed at a time."""
+CHUNK = 2**18  # values of a series that are computed at a time
 
 
 def chunks(size: int, length: int = CHUNK) -> Iterator[slice]:

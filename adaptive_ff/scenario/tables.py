@@ -31,15 +31,13 @@ from controllers import (
 from controllers.plausibility import LARGEST_OBSERVED
 from plant.fields import Finite, NonNegative, Positive, StrictTable
 
-MOST_PERIODS, MOST_HATS = 7, 100
-"""Most known periods of friction over position, and most hats of a map of it."""
+MOST_PERIODS, MOST_HATS = 7, 100  # most known periods of friction over position, and most hats of a map of it
 
 
 LATE = {9: 0.5, 19: 1.0, 29: 0.5}
 """Samples of a cycle that come late when sampling jitters, and by which fraction of the jitter."""
 
-CYCLE = 40
-"""Samples of such a cycle."""
+CYCLE = 40  # samples of such a cycle
 
 
 class Sampling(StrictTable):
@@ -103,8 +101,7 @@ def _kind_of_bandwidth(value: Any) -> str:
     return AUTO if value == AUTO else "hertz"
 
 
-AUTO = "auto"
-"""In the place of a bandwidth: for each controller the one at which it does best."""
+AUTO = "auto"  # in the place of a bandwidth: for each controller the one at which it does best
 
 Bandwidth = Annotated[
     Annotated[Positive, Tag("hertz")] | Annotated[Literal["auto"], Tag(AUTO)], Discriminator(_kind_of_bandwidth)

@@ -17,8 +17,7 @@ from plant import (
     sliding_friction,
 )
 
-GRID = 2000
-"""Times at which friction that varies all the time is given, over a run."""
+GRID = 2000  # times at which friction that varies all the time is given, over a run
 
 
 def true_waves(scenario: Scenario) -> dict[str, float]:

@@ -6,8 +6,7 @@ from typing import Any, get_args
 
 from pydantic import BaseModel, ValidationError
 
-MOST_SHOWN = 12
-"""Most wrong fields that one line names."""
+MOST_SHOWN = 12  # most wrong fields that one line names
 
 
 def explain(error: ValidationError, model: type[BaseModel]) -> str:

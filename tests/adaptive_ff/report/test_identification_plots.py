@@ -1,7 +1,10 @@
 """Pictures and words of an identified log: what is in them."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from synthetic_logs import make_log, sines_log
 
 from adaptive_ff.identify.identification import identify_log
@@ -42,6 +45,16 @@ def test_torque_is_shown_measured_and_identified(found):
     assert high - low < 0.1 * (whole.get_xlim()[1] - whole.get_xlim()[0])
 
 
+def test_nothing_leaves_the_picture_however_long_the_name_of_the_log_is(found):
+    for figure in replace(found, name=f"/{'measurements/' * 30}log.csv").plot().values():
+        canvas = FigureCanvasAgg(figure)
+        canvas.draw()
+        words = [figure._supxlabel, *figure.legends, *(axes.yaxis.label for axes in figure.axes)]
+        boxes = [one.get_window_extent(canvas.get_renderer()) for one in words]
+        assert min(box.x0 for box in boxes) >= 0.0
+        assert max(box.x1 for box in boxes) <= figure.bbox.width
+
+
 @pytest.mark.parametrize("which", ["found", "refined"])
 def test_friction_curve_is_the_identified_one(which, request):
     identified = request.getfixturevalue(which)
@@ -75,7 +88,9 @@ def test_verdict_names_its_reasons_and_the_next_step(found, refined):
     assert verdict_lines(found) == ["Verdict: good.", "Not identified: stiction, friction_lag, stribeck_velocity."]
     assert found.to_dict()["given"] == ["stiction", "friction_lag", "stribeck_velocity"]
     assert found.to_dict()["identified"] == list(found.parameters)
-    assert verdict_lines(refined)[1].startswith("Refined by stribeck; against the textbook inertia ")
+    assert verdict_lines(refined)[1].startswith("Refined by stribeck; against the textbook coulomb ")
+    unmoved = replace(refined, refined=refined.textbook)
+    assert verdict_lines(unmoved)[1] == "Refined by stribeck; the textbook's values stay within their intervals."
     assert next_step(found, "out", written=True).startswith("Next: adaptive-ff compare out/scenario.toml")
     time = 0.005 * np.arange(8000)
     velocity = 1.0 + 0.5 * np.sin(np.pi * time)

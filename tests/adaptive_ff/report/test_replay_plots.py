@@ -28,13 +28,13 @@ def test_needed_torque_and_each_feedforward_are_drawn(replayed):
     drawn = whole.lines[0].get_ydata()
     assert drawn.min() == pytest.approx(np.min(replayed.series.needed))
     assert drawn.max() == pytest.approx(np.max(replayed.series.needed))
-    assert whole.get_ylabel() == "log: torque that was needed (N m), band 20 Hz; shaded: the close-up"
+    assert whole.get_ylabel() == "torque that was needed (N m), band 20 Hz; shaded: the close-up"
 
 
 def test_estimates_are_drawn_with_their_units(replayed):
     panels = replayed.plot()["estimates"].axes
     labels = [axes.get_ylabel() for axes in panels]
-    assert labels[0] == "log: inertia (kg m²)"
+    assert labels[0] == "inertia (kg m²)"
     assert labels[-1] == "offset (N m)"
     assert labels[2] == "coulomb (N m)"
     assert panels[2].lines[0].get_ydata()[-1] == pytest.approx(replayed.estimates["adaptive"]["coulomb"])
