@@ -1,5 +1,6 @@
 """The error that a user's input causes, as one sentence, and the text of files that may cause it."""
 
+import importlib
 import math
 import os
 import reprlib
@@ -42,6 +43,22 @@ def checked_path(name: str, value: Any) -> Path:
     """Return a path; raise a TypeError for what is none."""
     check_kind(name, value, (str, os.PathLike), "a path")
     return Path(value)
+
+
+def library(name: str, task: str = "") -> Any:
+    """Return a module of a library that need not be there.
+
+    Raises
+    ------
+    InputError
+        It is not installed; the message says for which task it is needed, and how to install it.
+    """
+    try:
+        return importlib.import_module(name)
+    except ImportError as error:
+        package = name.partition(".")[0].replace("mcap_ros2", "mcap-ros2-support")
+        needed = f"{task} takes {package}, which" if task else package
+        raise InputError(f"{needed} is not installed: pip install {package}") from error
 
 
 def sentence(words: str) -> str:

@@ -5,7 +5,7 @@ from concurrent.futures import Executor
 from contextlib import contextmanager
 from typing import Any
 
-from adaptive_ff.errors import InputError
+from adaptive_ff.errors import InputError, library
 
 PATIENCE = 20  # time after which a scheduler that does not answer is given up, s
 
@@ -18,14 +18,10 @@ def workers(scheduler: str | None) -> Iterator[Executor | None]:
         return
     import asyncio
 
-    try:
-        import distributed
-    except ImportError as error:
-        raise InputError(f"--scheduler = {scheduler} takes the package distributed: pip install distributed") from error
+    distributed = library("distributed", f"--scheduler = {scheduler}")
     try:
         asyncio.run(_call(distributed, scheduler))
-        make: Any = distributed.Client
-        client = make(scheduler, timeout=PATIENCE)
+        client = distributed.Client(scheduler, timeout=PATIENCE)
     except (OSError, ValueError, TypeError, AssertionError) as error:  # the last where its own loop does not begin
         reason = " ".join(str(error).split()) or type(error).__name__
         raise InputError(

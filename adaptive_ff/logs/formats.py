@@ -9,7 +9,6 @@ the message, ``TOPIC.header.stamp`` that of its header, both in s since 1970. Se
 their own, so time, motion and torque must be of one topic.
 """
 
-import importlib
 import json
 from collections.abc import Callable, Collection, Iterator, Mapping
 from pathlib import Path
@@ -21,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import io
 
-from adaptive_ff.errors import InputError
+from adaptive_ff.errors import InputError, library
 from adaptive_ff.logs.text_tables import read_table, reading
 
 Header = tuple[tuple[int, ...], np.dtype[Any]]
@@ -134,7 +133,7 @@ def _flatten(content: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str
 
 def _read_hdf5(path: Path, wanted: Collection[str]) -> Content:
     """Read datasets of an HDF5 file; those in a group are named GROUP.DATASET, those of compounds DATASET.FIELD."""
-    h5py = _library("h5py", path)
+    h5py = library("h5py", f"{path}: to read it")
     with h5py.File(path, "r") as file:
         sets: dict[str, Any] = {}
 
@@ -147,7 +146,7 @@ def _read_hdf5(path: Path, wanted: Collection[str]) -> Content:
 
 
 def _read_parquet(path: Path, wanted: Collection[str]) -> Content:
-    with _library("pyarrow.parquet", path).ParquetFile(path) as file:
+    with library("pyarrow.parquet", f"{path}: to read it").ParquetFile(path) as file:
         rows, names = file.metadata.num_rows, file.schema_arrow.names
         table = file.read(columns=[name for name in wanted if name in names])
     arrays = {name: _parquet_column(table.column(name)) for name in table.column_names}
@@ -166,7 +165,7 @@ def _parquet_column(column: Any) -> NDArray[Any]:
 
 
 def _read_mcap(path: Path, wanted: Collection[str]) -> Content:
-    mcap, ros2 = _library("mcap.reader", path), _library("mcap_ros2.decoder", path)
+    mcap, ros2 = library("mcap.reader", f"{path}: to read it"), library("mcap_ros2.decoder", f"{path}: to read it")
     with path.open("rb") as stream:
         reader = mcap.make_reader(stream, decoder_factories=[ros2.DecoderFactory(), JSON])
         summary = reader.get_summary()
@@ -189,7 +188,10 @@ def _read_mcap(path: Path, wanted: Collection[str]) -> Content:
 
 def _read_bag(path: Path, wanted: Collection[str]) -> Content:
     """Read a bag of ROS 1 (.bag), or one of ROS 2 (.db3 in its folder)."""
-    highlevel, typesys = _library("rosbags.highlevel", path), _library("rosbags.typesys", path)
+    highlevel, typesys = (
+        library("rosbags.highlevel", f"{path}: to read it"),
+        library("rosbags.typesys", f"{path}: to read it"),
+    )
     is_folder = path.suffix == ".db3"
     if is_folder and not (path.parent / "metadata.yaml").exists():
         raise InputError(f"{path}: there is no metadata.yaml beside it; run ros2 bag reindex on its folder")
@@ -244,16 +246,6 @@ def _numbers(content: Any, prefix: str) -> Iterator[tuple[str, NDArray[Any]]]:
         values = np.asarray("" if isinstance(content, str | bytes) else content)
         if values.dtype.kind in "iufb" and values.ndim <= 1:
             yield prefix, values
-
-
-def _library(name: str, path: Path) -> Any:
-    try:
-        return importlib.import_module(name)
-    except ImportError as error:
-        package = name.partition(".")[0].replace("mcap_ros2", "mcap-ros2-support")
-        raise InputError(
-            f"{path}: to read it takes {package}, which is not installed: pip install {package}"
-        ) from error
 
 
 SHEET = "; save the sheet as CSV"

@@ -7,7 +7,7 @@ import re
 import warnings
 from array import array
 from collections.abc import Collection, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from datetime import UTC, datetime, timedelta
 from itertools import islice
 from pathlib import Path
@@ -20,6 +20,7 @@ from adaptive_ff.errors import InputError, counted
 
 MINUS = "\N{MINUS SIGN}"  # of spreadsheets and tables for print, in the place of a hyphen
 COMMENT = "#"  # what follows it is a comment; the last one before the numbers may be the header
+DAY = timedelta(days=1)
 LOOKED_AT = 3  # lines, without comments, that tell how a table is written
 UNKNOWN = ("", "nan", "-nan", "+nan")  # cells, in small letters, that say that there is no value
 FORTRAN = re.compile(r"([-+]?(?:\d+\.?\d*|\.\d+))[dD]([-+]?\d+)")  # a number of double precision: 1.0D+02
@@ -209,10 +210,8 @@ def _number(cell: str, comma: bool, clock: "Clock") -> float:
         text = cell.strip().replace(MINUS, "-")
     text = FORTRAN.sub(r"\1e\2", text.replace(",", ".") if comma else text)
     for read, one in ((float, text), (clock.seconds, cell.strip())):
-        try:
+        with suppress(ValueError):
             return read(one)
-        except ValueError:
-            pass
     return math.nan
 
 
@@ -222,10 +221,9 @@ class Clock:
     Seconds since 1970 would be known to 0.2 us only, which at 500 Hz is enough to change what is identified.
     """
 
-    def __init__(self) -> None:
-        self._begin: datetime | None = None
-        self._last = datetime.min.replace(tzinfo=UTC) + timedelta(days=1)
-        self._days = timedelta()
+    begin: datetime | None = None
+    last = datetime.min.replace(tzinfo=UTC) + DAY
+    days = timedelta()
 
     def seconds(self, text: str) -> float:
         """Return an ISO time as seconds; one without a zone is taken for UTC, one without a day goes on past midnight.
@@ -237,9 +235,9 @@ class Clock:
         """
         is_of_day = ":" in text[:3]
         moment = datetime.fromisoformat(f"1970-01-01T{text}" if is_of_day else text)
-        moment = moment if moment.tzinfo else moment.replace(tzinfo=UTC)
+        moment = moment.replace(tzinfo=moment.tzinfo or UTC)
         if is_of_day:
-            self._days += timedelta(days=int(moment + self._days < self._last - timedelta(hours=12)))
-            self._last = moment = moment + self._days
-        self._begin = self._begin or moment
-        return (moment - self._begin).total_seconds()
+            self.days += DAY * (moment + self.days < self.last - 0.5 * DAY)
+            self.last = moment = moment + self.days
+        self.begin = self.begin or moment
+        return (moment - self.begin).total_seconds()

@@ -1,11 +1,10 @@
 """A comparison as tables of pandas and xarray, with units (extra ``pandas``)."""
 
 from dataclasses import asdict
-from types import ModuleType
 from typing import Any
 
 from adaptive_ff.comparison.comparison import Comparison
-from adaptive_ff.errors import InputError
+from adaptive_ff.errors import library
 from adaptive_ff.scenario.axis_units import axis_unit
 from adaptive_ff.simulation.metrics import METRIC_UNITS
 
@@ -22,7 +21,7 @@ SERIES_UNITS = {
 
 def figures_frame(comparison: Comparison) -> Any:
     """Return the figures of merit as a ``pandas.DataFrame``, a row a controller."""
-    pandas = _imported("pandas")
+    pandas = library("pandas")
     frame = pandas.DataFrame({name: asdict(run.metrics) for name, run in comparison.runs.items()}).T
     frame["improvement"] = pandas.Series(comparison.improvement)
     frame.index.name = "controller"
@@ -32,7 +31,7 @@ def figures_frame(comparison: Comparison) -> Any:
 
 def series_dataset(comparison: Comparison) -> Any:
     """Return the series at the samples as an ``xarray.Dataset`` by controller and time."""
-    xarray = _imported("xarray")
+    xarray = library("xarray")
     columns = {name: run.columns() for name, run in comparison.runs.items()}
     names = list(columns)
     first = columns[names[0]]
@@ -46,10 +45,3 @@ def series_dataset(comparison: Comparison) -> Any:
 
 def _unit(comparison: Comparison, unit: str) -> str:
     return axis_unit(comparison.scenario.joint.axis, unit)
-
-
-def _imported(name: str) -> ModuleType:
-    try:
-        return __import__(name)
-    except ImportError as error:
-        raise InputError(f"{name} is not installed: pip install {name}") from error

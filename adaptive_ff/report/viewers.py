@@ -4,7 +4,6 @@ A topic holds objects of numbers: ``/adaptive`` has ``torque.feedforward``, whic
 ``/adaptive/torque/feedforward`` and Foxglove addresses as ``/adaptive.torque.feedforward``. Times count from zero.
 """
 
-import importlib
 import json
 from collections.abc import Iterator, Mapping
 from functools import singledispatch
@@ -16,7 +15,7 @@ import numpy as np
 
 from adaptive_ff.comparison.comparison import Comparison
 from adaptive_ff.comparison.run import Run
-from adaptive_ff.errors import InputError
+from adaptive_ff.errors import library
 from adaptive_ff.friction.model import unit_of
 from adaptive_ff.identify.result import LogIdentification
 from adaptive_ff.replay.replay import Replay
@@ -118,10 +117,7 @@ def schema(topic: Topic) -> dict[str, Any]:
 
 def write_mcap(file: Path, result: Any) -> None:
     """Write the series of a result as MCAP; values that are not finite are left out of their messages."""
-    try:
-        writing = importlib.import_module("mcap.writer")
-    except ImportError as error:
-        raise InputError(f"{file.name}: to write it takes mcap, which is not installed: pip install mcap") from error
+    writing = library("mcap.writer", f"{file.name}: to write it")
     with file.open("wb") as stream:
         writer = writing.Writer(stream)
         writer.start(profile="", library="adaptive-ff")

@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 
 from pydantic import ValidationError
 
-from adaptive_ff.errors import InputError
+from adaptive_ff.errors import InputError, check_positive
 from adaptive_ff.scenario.file import toml_text
 from adaptive_ff.scenario.loop import TREMBLING, loop_at, tried_bandwidths
 from adaptive_ff.scenario.reference import SHORTEST, Multisine
@@ -76,9 +76,7 @@ def new_scenario_text(
     given = {"inertia": inertia, "torque": torque, "speed": speed, "period": period}
     optional = {"gear_ratio": gear_ratio, **({} if encoder is None else {"encoder": encoder.counts})}
     optional["velocity_cutoff"] = None if encoder is None else encoder.cutoff
-    for name, value in {**given, **{name: one for name, one in optional.items() if one is not None}}.items():
-        if not (math.isfinite(value) and value > 0.0):
-            raise InputError(f"{name} = {value:g} is not allowed: it must be positive and finite")
+    check_positive(**given, **{name: one for name, one in optional.items() if one is not None})
     if not 0.0 <= delay < math.inf:
         raise InputError(f"delay = {delay:g} s is not allowed: it must be zero or more and finite")
     if encoder is not None and encoder.at_motor and gear_ratio is None:

@@ -20,7 +20,7 @@ import numpy as np
 from adaptive_ff.comparison.own_bandwidth import TUNING_SEEDS
 from adaptive_ff.comparison.registry import loop_of
 from adaptive_ff.comparison.run import simulate
-from adaptive_ff.errors import InputError
+from adaptive_ff.errors import InputError, check_positive
 from adaptive_ff.learning.batch import identify_torque_form
 from adaptive_ff.scenario.plausibility import PEAK_FACTOR, USED_FRACTION
 from adaptive_ff.scenario.reference import Multisine
@@ -257,9 +257,8 @@ def _calibrated(calibrated: Array, measure: Array, expected: Excitation, tried: 
 
 def _check(joint: AssumedJoint, limits: MotionLimits, period: float, fastest: float) -> int:
     """Return the number of harmonics, or refuse."""
-    for name, value in {**vars(limits), "period": period, "fastest": fastest}.items():
-        if value is not None and not (math.isfinite(value) and value > 0.0):
-            raise InputError(f"{name} = {value} is not allowed: it must be positive and finite")
+    given = {**vars(limits), "period": period, "fastest": fastest}
+    check_positive(**{name: value for name, value in given.items() if value is not None})
     _check_torque(joint, limits.torque)
     harmonics = math.floor(fastest * period + 1e-9)
     if not LEAST_HARMONICS <= harmonics <= MOST_HARMONICS:

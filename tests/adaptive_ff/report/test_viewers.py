@@ -90,6 +90,6 @@ def test_missing_library_is_named(tmp_path, monkeypatch):
     def missing(name):
         raise ImportError(name)
 
-    monkeypatch.setattr(viewers.importlib, "import_module", missing)
+    monkeypatch.setattr("importlib.import_module", missing)
     with pytest.raises(InputError, match=r"^a\.mcap: .* pip install mcap"):
         viewers.write_mcap(tmp_path / "a.mcap", None)

@@ -163,7 +163,7 @@ def test_default_limits_follow_the_drive():
 @pytest.mark.parametrize(
     ("limits", "arguments", "said"),
     [
-        (MotionLimits(-1.0), {}, "velocity = -1.0 is not allowed: it must be positive and finite"),
+        (MotionLimits(-1.0), {}, "velocity = -1 is not allowed: it must be positive and finite"),
         (MotionLimits(1.0, position=float("nan")), {}, "position = nan is not allowed"),
         (MotionLimits(1.0, torque=90.0), {}, "torque = 90 N m is not allowed: it must be more than the stiction"),
         (MotionLimits(1.0), {"period": 1.0}, "make 2 harmonics; there must be from 3 to 60"),
