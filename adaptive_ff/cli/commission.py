@@ -23,9 +23,7 @@ PERIOD = Annotated[float, typer.Option(help="Period of the exciting motion, s.")
 def excite_command(
     scenario: ScenarioFile = None,
     period: PERIOD = 10.0,
-    fastest: Annotated[
-        float | None, typer.Option(help="Largest frequency, Hz; 4 or 0.4 of the loop's bandwidth if not given.")
-    ] = None,
+    fastest: float | None = None,  # largest frequency, Hz; 4 or 0.4 of the loop's bandwidth if not given
     limits: Limits = Limits(),  # noqa: B008 - the defaults of the options
     output: Output = Output(),  # noqa: B008
 ) -> None:
@@ -36,7 +34,7 @@ def excite_command(
     from adaptive_ff.scenario.scenario import load_scenario
     from adaptive_ff.studies.exciting_motion import default_limits, exciting_motion
 
-    loaded, source = load_scenario(scenario), str(scenario or "built-in scenario")
+    loaded = load_scenario(scenario)
     linear = loaded.joint.axis == "linear"
     with staged_results(output) as results:
         chosen = default_limits(loaded, **vars(limits))
@@ -49,9 +47,9 @@ def excite_command(
             motion.to_dict(),
             motion_tables(motion, linear=linear),
             {"excitation": plot_excitation(motion, linear=linear)},
-            title=f"Exciting motion for {source}",
+            title=f"Exciting motion for {loaded.name}",
             details={"Scenario": to_toml(loaded)},
-            source=source,
+            source=loaded.name,
         )
         results.shown.append(
             f"excitation.csv, the table [reference] in excitation.toml, and the picture are in {output.out}"
@@ -69,13 +67,9 @@ def _write_motion(motion: "Excitation", scenario: "Scenario", folder: Path) -> N
 
 def commission_command(
     scenario: ScenarioFile = None,
-    log: Annotated[
-        Path | None,
-        typer.Option(
-            help="Log of a real joint (CSV, NPZ, MAT, HDF5, Parquet or MCAP: time, position or velocity, torque or "
-            "current) instead of a simulated recording."
-        ),
-    ] = None,
+    # log of a real joint (CSV, NPZ, MAT, HDF5, Parquet or MCAP: time, position or velocity, torque or current) instead
+    # of a simulated recording
+    log: Path | None = None,
     columns: LogColumns = LogColumns(),  # noqa: B008
     torque_delay: TorqueDelay = None,
     period: PERIOD = 10.0,
@@ -94,7 +88,7 @@ def commission_command(
     from adaptive_ff.studies.commissioning import gain_on_the_true_joint, identified_scenario, record, tuned
     from adaptive_ff.studies.exciting_motion import default_limits
 
-    loaded, source = load_scenario(scenario), str(scenario or "built-in scenario")
+    loaded = load_scenario(scenario)
     linear = loaded.joint.axis == "linear"
     given, taken = _given(log, columns, torque_delay, linear=linear)
     with staged_results(output) as results:
@@ -116,7 +110,7 @@ def commission_command(
                 gain = gain_on_the_true_joint(loaded, result, study)
         pictures |= found.plot(None) | {"tune": study.plot()}
         shown = [parameters_table(found), best_table(study), *taken, *verdict_lines(found)]
-        shown += _taken_from(source, found) if gain is None else _said(gain)
+        shown += _taken_from(loaded.name, found) if gain is None else _said(gain)
         (stage / "scenario.toml").write_text(to_toml(result), encoding="utf-8")
         summary = {
             "identification": found.to_dict(),
@@ -124,7 +118,7 @@ def commission_command(
             "gain": gain,
             "scenario": result.model_dump(mode="json", exclude_none=True),
         }
-        name = source if log is None else str(log)
+        name = loaded.name if log is None else str(log)
         title, details = f"Commissioning of {name}", {"Scenario": to_toml(result)}
         results.write("commission.json", summary, shown, pictures, title=title, details=details, source=name)
         results.shown.append(

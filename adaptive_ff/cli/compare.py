@@ -36,28 +36,16 @@ WORSE = 1  # exit status where a regression gate fails
 class Guard:
     """What a regression gate guards, and how far figures may be off."""
 
-    baseline: Annotated[
-        Path | None, typer.Option(help="Earlier result (JSON); status 1 where tracking got worse than it.")
-    ] = None
-    tolerance: Annotated[
-        list[str] | None,
-        typer.Option(
-            help="How much worse figures may be: 5% (the default; with --seeds what they explain) or 0.05 for "
-            "all; METRIC=10%, CONTROLLER=2% or CONTROLLER.METRIC=20% for some. May be given several times."
-        ),
-    ] = None
-    guard: Annotated[
-        list[str] | None,
-        typer.Option(help="Controller to guard; by default all of the baseline but the yardsticks."),
-    ] = None
+    baseline: Path | None = None  # earlier result (JSON); status 1 where tracking got worse than it
+    # how much worse figures may be: 5% (the default; with --seeds what they explain) or 0.05 for all; METRIC=10%,
+    # CONTROLLER=2% or CONTROLLER.METRIC=20% for some. May be given several times
+    tolerance: list[str] | None = None
+    guard: list[str] | None = None  # controller to guard; by default all of the baseline but the yardsticks
     metric: Annotated[
         list[str] | None,
         typer.Option(help=f"Figure to guard, by default all that the baseline has: {', '.join(METRIC_NAMES)}."),
     ] = None
-    across: Annotated[
-        list[str] | None,
-        typer.Option(help="What may differ from the scenario of the baseline: gains (its table feedback)."),
-    ] = None
+    across: list[str] | None = None  # what may differ from the scenario of the baseline: gains (its table feedback)
 
     def gate(self, scenario: "Scenario", seeds: int) -> "Gate | None":
         """Return the gate, checked; None without a baseline."""
@@ -90,10 +78,7 @@ def _by_name(tolerances: list[str]) -> dict[str, float | str]:
 
 def compare_command(
     scenario: ScenarioFile = None,
-    reference: Annotated[
-        Path | None,
-        typer.Option(help="Recorded reference (CSV: time and velocity or position), instead of the file's."),
-    ] = None,
+    reference: Path | None = None,  # recorded reference (CSV: time and velocity or position), instead of the file's
     controller: Annotated[
         list[str] | None,
         typer.Option(
@@ -102,23 +87,12 @@ def compare_command(
         ),
     ] = None,
     own: OwnControllers = None,
-    thin: Annotated[
-        int | None,
-        typer.Option(
-            min=1,
-            help="Keep one of so many samples in series and plots; figures are of the whole run. By default all are "
-            "kept up to two million solver steps; 1 for all of a longer run.",
-        ),
-    ] = None,
-    seeds: Annotated[
-        int,
-        typer.Option(
-            min=1,
-            max=100,
-            help="Number of seeds, from the scenario's on: a gate then compares means, and by default tolerates what "
-            "their scatter explains. Tables and pictures are of the first.",
-        ),
-    ] = 1,
+    # keep one of so many samples in series and plots; figures are of the whole run. By default all are kept up to two
+    # million solver steps; 1 for all of a longer run
+    thin: Annotated[int | None, typer.Option(min=1)] = None,
+    # number of seeds, from the scenario's on: a gate then compares means, and by default tolerates what their scatter
+    # explains. Tables and pictures are of the first
+    seeds: Annotated[int, typer.Option(min=1, max=100)] = 1,
     guard: Guard = Guard(),  # noqa: B008 - the defaults of the options
     output: ViewerOutput = ViewerOutput(),  # noqa: B008
 ) -> int:
@@ -135,12 +109,13 @@ def compare_command(
     mine = named_own(own or [])
     check_own_names(mine, CONTROLLERS)
     loaded = load_scenario(scenario, reference=reference)
+    source = loaded.name
     if controller:
         loaded = loaded.modified(controllers=controller)
-    gate, source = guard.gate(loaded, seeds), scenario or "built-in scenario"
+    gate = guard.gate(loaded, seeds)
     if loaded.feedback.is_auto and not SETTINGS.quiet:
         error_console().print("Looking for the bandwidth that suits each controller.")
-    _check_controllers(loaded, mine, str(source))
+    _check_controllers(loaded, mine, source)
     warn(loaded.cautions())
     with staged_results(output) as results:
         try:

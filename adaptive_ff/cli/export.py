@@ -13,19 +13,13 @@ from adaptive_ff.errors import InputError, read_text
 
 def export_command(
     scenario: ScenarioFile = None,
-    state: Annotated[
-        Path | None,
-        typer.Option(help="State of the scenario's controller to start in, as controller.state_to_json() wrote it."),
-    ] = None,
-    out: Annotated[Path, typer.Option(help="Folder for the source.")] = Path("exported"),
-    controller: Annotated[str | None, typer.Option(help="Which controller; adaptive if not given.")] = None,
-    prefix: Annotated[
-        str | None, typer.Option(help="Begins all names in C; the controller's name if not given.")
-    ] = None,
-    single: Annotated[bool, typer.Option("--float", help="Compute in single precision.")] = False,
-    fmu: Annotated[
-        str | None, typer.Option(metavar="2.0|3.0", help="Also write an FMU for co-simulation, of this version of FMI.")
-    ] = None,
+    state: Path | None = None,  # state of the scenario's controller to start in, as controller.state_to_json() wrote it
+    out: Path = Path("exported"),  # folder for the source
+    controller: str | None = None,  # which controller; adaptive if not given
+    prefix: str | None = None,  # begins all names in C; the controller's name if not given
+    single: Annotated[bool, typer.Option("--float")] = False,  # compute in single precision
+    # also write an FMU for co-simulation, of this version of FMI
+    fmu: Annotated[str | None, typer.Option(metavar="2.0|3.0")] = None,
 ) -> None:
     """Write a controller as C99 source, with a self-test, an example and a CMake file."""
     from adaptive_ff.comparison.registry import make_for_machine

@@ -33,42 +33,29 @@ SCENARIO, REFERENCE = "scenario.toml", "reference.csv"  # files of the identifie
 class Regression:
     """Arguments of ``identify_log``."""
 
-    bandwidth: Annotated[float | None, typer.Option(help="Band of the regression, Hz; chosen if not given.")] = None
-    held_out: Annotated[
-        float, typer.Option(help="Fraction of the log, at its end, that is validated on instead of fitted.")
-    ] = 0.0
+    bandwidth: float | None = None  # band of the regression, Hz; chosen if not given
+    held_out: float = 0.0  # fraction of the log, at its end, that is validated on instead of fitted
     torque_delay: TorqueDelay = None
-    model: Annotated[
-        str,
-        typer.Option(
-            help="Terms: coulomb-viscous, symmetric, offset, directions, gravity or gravity-directions; auto takes "
-            "gravity where it takes torque. All but coulomb-viscous may be refined."
-        ),
-    ] = "auto"
-    load_friction: Annotated[
-        bool, typer.Option("--load-friction", help="Friction may rise with the torque of --known-torque.")
-    ] = False
+    # terms: coulomb-viscous, symmetric, offset, directions, gravity or gravity-directions; auto takes gravity where it
+    # takes torque. All but coulomb-viscous may be refined
+    model: str = "auto"
+    # friction may rise with the torque of --known-torque
+    load_friction: Annotated[bool, typer.Option("--load-friction")] = False
     linear: Linear = False
 
 
 def identify_command(
     log: LogFile,
     columns: MeasuredColumns = MeasuredColumns(),  # noqa: B008 - the defaults of the options
-    voltage: Annotated[
-        str | None,
-        typer.Option(
-            help="Column of the motor's voltage, V, instead of a torque; of a PWM duty with --scale NAME=SUPPLY. Takes "
-            "--resistance and --torque-constant."
-        ),
-    ] = None,
-    resistance: Annotated[float | None, typer.Option(help="Resistance of the motor, ohm, for --voltage.")] = None,
-    validate: Annotated[Path | None, typer.Option(help="Another log, of the same columns, to validate on.")] = None,
+    # column of the motor's voltage, V, instead of a torque; of a PWM duty with --scale NAME=SUPPLY. Takes --resistance
+    # and --torque-constant
+    voltage: str | None = None,
+    resistance: float | None = None,  # resistance of the motor, ohm, for --voltage
+    validate: Path | None = None,  # another log, of the same columns, to validate on
     regression: Regression = Regression(),  # noqa: B008
     over_position: OverPosition = OverPosition(),  # noqa: B008
-    write: Annotated[
-        str, typer.Option(help="Files for simulators as well: mjcf, urdf, isaac, drake, or several: mjcf,urdf.")
-    ] = "",
-    details: Annotated[bool, typer.Option("--details", help="Also say how the numbers came about.")] = False,
+    write: str = "",  # files for simulators as well: mjcf, urdf, isaac, drake, or several: mjcf,urdf
+    details: Annotated[bool, typer.Option("--details")] = False,  # also say how the numbers came about
     output: ViewerOutput = ViewerOutput(),  # noqa: B008
 ) -> None:
     """Identify inertia and friction of a joint from a recorded log."""
@@ -165,7 +152,7 @@ def _of_voltage(constant: float | None, resistance: float | None, voltage: str |
 
 def score_command(
     train: LogFile,
-    test: Annotated[Path, typer.Argument(help="Another log of the joint, of the same columns.", show_default=False)],
+    test: Annotated[Path, typer.Argument(show_default=False)],  # another log of the joint, of the same columns
     columns: Columns = Columns(),  # noqa: B008
     torque_delay: TorqueDelay = None,
     over_position: OverPosition = OverPosition(),  # noqa: B008

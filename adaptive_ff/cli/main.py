@@ -65,7 +65,7 @@ def version_command() -> None:
     typer.echo(__version__)
 
 
-app.command("new")(new_command)
+app.command("new")(command(new_command, common=False))
 app.command("scenarios")(scenarios_command)
 for _name, _command in (
     ("compare", compare_command),

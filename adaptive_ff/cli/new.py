@@ -14,29 +14,18 @@ class Side(StrEnum):
 
 
 def new_command(
-    inertia: Annotated[float, typer.Option(help="Inertia of motor and load at the joint, kg m^2 (linear: kg).")] = 20.0,
-    torque: Annotated[float, typer.Option(help="Rated torque at the joint, N m (linear: N).")] = 400.0,
-    speed: Annotated[float, typer.Option(help="Rated speed of the joint, rad/s (linear: m/s).")] = 2.5,
-    rate: Annotated[float, typer.Option(help="Sampling frequency of the velocity controller, Hz.")] = 1000.0,
-    encoder: Annotated[
-        float | None,
-        typer.Option(
-            metavar="COUNTS",
-            help="Counts of an encoder in a turn, all edges (of a linear axis: in a metre), which then takes the "
-            "place of a sensor of velocity.",
-        ),
-    ] = None,
-    encoder_side: Annotated[
-        Side, typer.Option(help="Where it is: on the motor, before the gear, or on the joint.")
-    ] = Side.JOINT,
-    velocity_cutoff: Annotated[
-        float | None, typer.Option(help="Low-pass of the encoder's velocity, Hz; chosen by default.")
-    ] = None,
-    gear_ratio: Annotated[
-        float | None, typer.Option(help="Turns of the motor in one of the joint (linear: rad of the motor in a metre).")
-    ] = None,
-    delay: Annotated[float, typer.Option(help="Delay from a sample to the torque of the drive, s.")] = 0.0,
-    linear: Annotated[bool, typer.Option("--linear", help="A linear axis: mass, force, m/s.")] = False,
+    inertia: float = 20.0,  # inertia of motor and load at the joint, kg m^2 (linear: kg)
+    torque: float = 400.0,  # rated torque at the joint, N m (linear: N)
+    speed: float = 2.5,  # rated speed of the joint, rad/s (linear: m/s)
+    rate: float = 1000.0,  # sampling frequency of the velocity controller, Hz
+    # counts of an encoder in a turn, all edges (of a linear axis: in a metre), which then takes the place of a sensor
+    # of velocity
+    encoder: Annotated[float | None, typer.Option(metavar="COUNTS")] = None,
+    encoder_side: Side = Side.JOINT,  # where it is: on the motor, before the gear, or on the joint
+    velocity_cutoff: float | None = None,  # low-pass of the encoder's velocity, Hz; chosen by default
+    gear_ratio: float | None = None,  # turns of the motor in one of the joint (linear: rad of the motor in a metre)
+    delay: float = 0.0,  # delay from a sample to the torque of the drive, s
+    linear: Annotated[bool, typer.Option("--linear")] = False,  # a linear axis: mass, force, m/s
 ) -> None:
     """Print a smallest complete scenario file, from the numbers of a data sheet: adaptive-ff new > joint.toml.
 

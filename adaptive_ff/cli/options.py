@@ -1,17 +1,24 @@
-"""Options of the commands: each declared once, as a field of the group whose fields are the arguments that it fills."""
+"""Options of the commands: each declared once, as a field of the group whose fields are the arguments that it fills.
+
+The comment beside a field, or above it, is the help of its option, unless that has one of its own.
+"""
 
 import functools
 import inspect
 import math
+import re
 from collections.abc import Callable
 from dataclasses import dataclass, fields, is_dataclass
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, get_args, get_origin
 
 import typer
 
 from adaptive_ff.errors import InputError
+
+DESCRIBED = re.compile(r"^((?: {4}# .*\n)*) {4}(\w+): [^#\n]*?(?: *# (.*))?$", re.MULTILINE)
+"""Comments above a field, its name, and the comment beside it."""
 
 KNOWN_FORMATS = ("png", "pdf", "svg")
 
@@ -44,8 +51,8 @@ METRIC_NAMES = (
 class Common:
     """Options of every command that runs something."""
 
-    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but warnings and errors.")] = False
-    tables: Annotated[TableForm, typer.Option(help="How tables are printed.")] = TableForm.TEXT
+    quiet: Annotated[bool, typer.Option("--quiet", "-q")] = False  # print nothing but warnings and errors
+    tables: TableForm = TableForm.TEXT  # how tables are printed
 
 
 SETTINGS = Common()  # of the command that runs; a process runs one at a time
@@ -55,19 +62,13 @@ SETTINGS = Common()  # of the command that runs; a process runs one at a time
 class Output(Common):
     """Where and how results are written."""
 
-    out: Annotated[Path, typer.Option(help="Folder for all that is written.")] = Path("results")
-    json: Annotated[
-        Path | None, typer.Option("--json", help="Write the result there, too; - for standard output, without tables.")
-    ] = None
-    formats: Annotated[
-        str, typer.Option("--format", help="Formats of the pictures: png, pdf, svg, or several: png,pdf.")
-    ] = "png"
-    report: Annotated[
-        bool,
-        typer.Option(
-            "--report", help="Also write report.html: tables, pictures that zoom, input and versions in one file."
-        ),
-    ] = False
+    out: Path = Path("results")  # folder for all that is written
+    # write the result there, too; - for standard output, without tables
+    json: Annotated[Path | None, typer.Option("--json")] = None
+    # formats of the pictures: png, pdf, svg, or several: png,pdf
+    formats: Annotated[str, typer.Option("--format")] = "png"
+    # also write report.html: tables, pictures that zoom, input and versions in one file
+    report: Annotated[bool, typer.Option("--report")] = False
 
     @functools.cached_property
     def drawn(self) -> tuple[str, ...]:
@@ -82,12 +83,8 @@ class Output(Common):
 class ViewerOutput(Output):
     """The same, with the series for viewers."""
 
-    mcap: Annotated[
-        Path | None,
-        typer.Option(
-            help="Write the series there as MCAP, for PlotJuggler and Foxglove, with a layout for the former beside."
-        ),
-    ] = None
+    # write the series there as MCAP, for PlotJuggler and Foxglove, with a layout for the former beside
+    mcap: Path | None = None
 
 
 def named_parts(text: str, known: tuple[str, ...], refusal: str) -> tuple[str, ...]:
@@ -99,38 +96,64 @@ def named_parts(text: str, known: tuple[str, ...], refusal: str) -> tuple[str, .
     return names
 
 
-def command(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Return a command in whose place of each group stand the options of the group.
+@functools.cache
+def _source(file: str) -> str:
+    return Path(file).read_text(encoding="utf-8")
+
+
+def described(owner: Any) -> dict[str, str]:
+    """Return the comments of the fields of a class, or of the parameters of a function, by name."""
+    try:
+        source = _source(inspect.getfile(owner))
+    except (OSError, TypeError):  # it is not at hand
+        return {}
+    # inspect.getsource would parse the whole file each time
+    body = re.search(rf"^(?:class|def) {owner.__name__}\b.*\n(?:[ )].*\n|\n)*", source, re.MULTILINE)
+    found = DESCRIBED.findall(body[0]) if body else []
+    texts = {name: beside or " ".join(re.findall("# (.*)", above)) for above, name, beside in found}
+    return {name: f"{text[0].upper()}{text[1:]}." for name, text in texts.items() if text}
+
+
+def _option(name: str, kind: Any, default: Any, texts: dict[str, str]) -> inspect.Parameter:
+    """Return an option as a parameter; its comment is its help where it has none."""
+    if get_origin(kind) is not Annotated:
+        kind = Annotated[kind, typer.Option()]
+    declared = get_args(kind)[1]
+    declared.help = declared.help or texts.get(name)
+    return inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=kind)
+
+
+def command(function: Callable[..., Any], *, common: bool = True) -> Callable[..., Any]:
+    """Return a command in whose place of each group stand the options of the group; it may have the common ones.
 
     A parameter that is annotated with a dataclass gets the fields of it as options; their defaults are those of the
     parameter's default, else of the dataclass.
     """
     groups: dict[str, Any] = {}
     parameters: list[inspect.Parameter] = []
-    keyword = inspect.Parameter.KEYWORD_ONLY
+    own = described(function)
+
+    def add_group(kind: Any, made: Any) -> None:
+        texts = {name: text for base in reversed(kind.__mro__[:-1]) for name, text in described(base).items()}
+        parameters.extend(_option(one.name, one.type, getattr(made, one.name), texts) for one in fields(kind))
+
     for name, parameter in inspect.signature(function).parameters.items():
-        kind = parameter.annotation
-        if not is_dataclass(kind):
-            parameters.append(parameter.replace(kind=keyword))
-            continue
-        groups[name] = kind
-        made: Any = kind() if parameter.default is inspect.Parameter.empty else parameter.default  # type: ignore[operator]
-        for one in fields(kind):
-            default, annotation = getattr(made, one.name), one.type
-            parameters.append(inspect.Parameter(one.name, keyword, default=default, annotation=annotation))
-    common = not any(issubclass(kind, Common) for kind in groups.values())
+        if is_dataclass(kind := parameter.annotation):
+            groups[name] = kind
+            add_group(kind, parameter.default)
+        else:
+            parameters.append(_option(name, kind, parameter.default, own))
+    common = common and not any(issubclass(kind, Common) for kind in groups.values())
     if common:
-        parameters += [
-            inspect.Parameter(one.name, keyword, default=one.default, annotation=one.type) for one in fields(Common)
-        ]
+        add_group(Common, Common())
 
     @functools.wraps(function)
     def wrapped(**given: Any) -> Any:
-        filled = {
-            name: kind(**{one.name: given.pop(one.name) for one in fields(kind)}) for name, kind in groups.items()
-        }
-        kept = Common(**{one.name: given.pop(one.name) for one in fields(Common)}) if common else None
-        for one in (kept, *filled.values()):
+        def take(kind: Any) -> Any:
+            return kind(**{one.name: given.pop(one.name) for one in fields(kind)})
+
+        filled = {name: take(kind) for name, kind in groups.items()}
+        for one in (*([take(Common)] if common else []), *filled.values()):
             if isinstance(one, Common):
                 to_standard_output = isinstance(one, Output) and one.json == STANDARD_OUTPUT
                 SETTINGS.quiet, SETTINGS.tables = one.quiet or to_standard_output, one.tables
@@ -188,10 +211,10 @@ Linear = Annotated[bool, typer.Option("--linear", help="A linear axis: units are
 class Columns:
     """Columns of a log, by role; of a usual name where none is given."""
 
-    time: Annotated[str | None, typer.Option(help="Column of the time, s.")] = None
-    period: Annotated[float | None, typer.Option(help="Constant sample time, s, instead of a column.")] = None
-    position: Annotated[str | None, typer.Option(help="Column of the position, rad; NAME[3] is a table's 4th.")] = None
-    torque: Annotated[str | None, typer.Option(help="Column of the drive's torque, N m.")] = None
+    time: str | None = None  # column of the time, s
+    period: float | None = None  # constant sample time, s, instead of a column
+    position: str | None = None  # column of the position, rad; NAME[3] is a table's 4th
+    torque: str | None = None  # column of the drive's torque, N m
     known_torque: KnownTorque = None
     scale: Scale = None
 
@@ -200,7 +223,7 @@ class Columns:
 class MeasuredColumns(Columns):
     """Columns of a log that may have a velocity in the place of a position, and a current in that of a torque."""
 
-    velocity: Annotated[str | None, typer.Option(help="Column of the velocity, rad/s, instead of a position.")] = None
+    velocity: str | None = None  # column of the velocity, rad/s, instead of a position
     torque_constant: TorqueConstant = None
 
 
@@ -208,14 +231,10 @@ class MeasuredColumns(Columns):
 class LogColumns:
     """Columns of the log of a command that takes a simulated recording otherwise."""
 
-    time_column: Annotated[str | None, typer.Option("--time-column", "--time", help="Column of the log's time, s.")] = (
-        None
-    )
-    position_column: Annotated[str | None, typer.Option(help="Column of its position, rad.")] = None
-    velocity_column: Annotated[
-        str | None, typer.Option(help="Column of its velocity, rad/s, instead of a position.")
-    ] = None
-    torque_column: Annotated[str | None, typer.Option(help="Column of its drive's torque, N m.")] = None
+    time_column: Annotated[str | None, typer.Option("--time-column", "--time")] = None  # column of the log's time, s
+    position_column: str | None = None  # column of its position, rad
+    velocity_column: str | None = None  # column of its velocity, rad/s, instead of a position
+    torque_column: str | None = None  # column of its drive's torque, N m
     known_torque: KnownTorque = None
     scale: Scale = None
     torque_constant: TorqueConstant = None
@@ -229,19 +248,11 @@ class LogColumns:
 class OverPosition:
     """What is known of friction and force over position."""
 
-    position_period: Annotated[
-        list[float] | None,
-        typer.Option(
-            help="Known period of friction, or of a force, over position, rad (m). May be given several times."
-        ),
-    ] = None
-    gear_ratio: Annotated[
-        float | None,
-        typer.Option(help="Turns of the motor in one of the joint: a turn of the motor is then a known period, too."),
-    ] = None
-    position_hats: Annotated[
-        int, typer.Option(help="Hats, 2 or more, of a map over the positions of the log, where no period is known.")
-    ] = 0
+    # known period of friction, or of a force, over position, rad (m). May be given several times
+    position_period: list[float] | None = None
+    # turns of the motor in one of the joint: a turn of the motor is then a known period, too
+    gear_ratio: float | None = None
+    position_hats: int = 0  # hats, 2 or more, of a map over the positions of the log, where no period is known
 
     def arguments(self) -> dict[str, Any]:
         """Return them as the identification takes them; ``InputError`` where the gear ratio is no positive number."""
@@ -257,17 +268,11 @@ class OverPosition:
 class Limits:
     """Limits of an exciting motion."""
 
-    position: Annotated[
-        float | None,
-        typer.Option("--position", "--max-position", help="Largest distance of the motion from its start, rad."),
-    ] = None
-    velocity: Annotated[
-        float | None, typer.Option("--velocity", "--max-velocity", help="Largest velocity, rad/s; chosen if not given.")
-    ] = None
-    acceleration: Annotated[
-        float | None, typer.Option("--acceleration", "--max-acceleration", help="Largest acceleration, rad/s^2.")
-    ] = None
-    torque: Annotated[
-        float | None,
-        typer.Option("--torque", "--max-torque", help="Largest torque, N m; 0.7 of the drive's if not given."),
-    ] = None
+    # largest distance of the motion from its start, rad
+    position: Annotated[float | None, typer.Option("--position", "--max-position")] = None
+    # largest velocity, rad/s; chosen if not given
+    velocity: Annotated[float | None, typer.Option("--velocity", "--max-velocity")] = None
+    # largest acceleration, rad/s^2
+    acceleration: Annotated[float | None, typer.Option("--acceleration", "--max-acceleration")] = None
+    # largest torque, N m; 0.7 of the drive's if not given
+    torque: Annotated[float | None, typer.Option("--torque", "--max-torque")] = None

@@ -2,9 +2,6 @@
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
-
-import typer
 
 from adaptive_ff.cli.columns import chosen_columns
 from adaptive_ff.cli.options import Linear, LogFile, MeasuredColumns, TorqueDelay, ViewerOutput
@@ -18,31 +15,25 @@ BAND = 20.0  # default of ``--band``; that of ``replay_log``, which the tests co
 class Learning:
     """Arguments of ``replay_log``."""
 
-    inertia: Annotated[float | None, typer.Option(help="Inertia that is assumed, kg m^2; learnt if not given.")] = None
-    stribeck_velocity: Annotated[float | None, typer.Option(help="Stribeck velocity that is assumed, rad/s.")] = None
-    memory: Annotated[float | None, typer.Option(help="Memory, s of sliding motion; 5 if not given.")] = None
-    identify: Annotated[
-        str, typer.Option(help="What is learnt: symmetric, offset, directions, gravity or directions_and_gravity.")
-    ] = "offset"
+    inertia: float | None = None  # inertia that is assumed, kg m^2; learnt if not given
+    stribeck_velocity: float | None = None  # stribeck velocity that is assumed, rad/s
+    memory: float | None = None  # memory, s of sliding motion; 5 if not given
+    identify: str = "offset"  # what is learnt: symmetric, offset, directions, gravity or directions_and_gravity
     torque_delay: TorqueDelay = None
-    bandwidth: Annotated[float | None, typer.Option(help="Band in which the fixed model is fitted, Hz.")] = None
-    band: Annotated[float, typer.Option(help="Band in which torques are judged, Hz.")] = BAND
+    bandwidth: float | None = None  # band in which the fixed model is fitted, Hz
+    band: float = BAND  # band in which torques are judged, Hz
     linear: Linear = False
 
 
 def replay_command(
     log: LogFile,
     columns: MeasuredColumns = MeasuredColumns(),  # noqa: B008 - the defaults of the options
-    feedforward: Annotated[
-        str | None, typer.Option(help="Column of the feedforward that the machine had, N m, to compare with.")
-    ] = None,
+    feedforward: str | None = None,  # column of the feedforward that the machine had, N m, to compare with
     learning: Learning = Learning(),  # noqa: B008
-    ripple_period: Annotated[
-        list[float] | None,
-        typer.Option(help="Period of a torque over the position that is learnt, rad. May be given several times."),
-    ] = None,
-    state: Annotated[Path | None, typer.Option(help="State to start from, as --save-state wrote it.")] = None,
-    save_state: Annotated[Path | None, typer.Option(help="Write the state at the end there.")] = None,
+    # period of a torque over the position that is learnt, rad. May be given several times
+    ripple_period: list[float] | None = None,
+    state: Path | None = None,  # state to start from, as --save-state wrote it
+    save_state: Path | None = None,  # write the state at the end there
     output: ViewerOutput = ViewerOutput(),  # noqa: B008
 ) -> None:
     """Replay a recorded log, and show which torque adaptive feedforward would have left to the feedback."""

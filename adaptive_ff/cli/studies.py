@@ -22,13 +22,13 @@ LEFT_OUT = frozenset({"fixed"})
 
 def matrix_command(
     own: OwnControllers = None,
-    only: Annotated[list[str] | None, typer.Option(help="Scenario to run; may be given several times.")] = None,
+    only: list[str] | None = None,  # scenario to run; may be given several times
     controller: Annotated[
         list[str] | None,
         typer.Option(help=f"Controller to run beside pi, or {ALL!r}; by default {', '.join(SHOWN)}. May be repeated."),
     ] = None,
-    seeds: Annotated[int, typer.Option(min=1, help="Number of seeds, from 1 on.")] = 5,
-    fastest: Annotated[bool, typer.Option(help="Also run everything with the fastest PI loop.")] = False,
+    seeds: Annotated[int, typer.Option(min=1)] = 5,  # number of seeds, from 1 on
+    fastest: bool = False,  # also run everything with the fastest PI loop
     scheduler: Scheduler = None,
     output: Output = Output(out=Path("results/matrix")),  # noqa: B008 - the defaults of the options
 ) -> None:
@@ -71,12 +71,10 @@ def _chosen(option: str, given: list[str] | None, known: list[str]) -> list[str]
 def sweep_command(
     scenario: ScenarioFile = None,
     own: OwnControllers = None,
-    controller: Annotated[
-        list[str] | None,
-        typer.Option(help="Further controller of the package to run beside them. May be given several times."),
-    ] = None,
-    runs: Annotated[int, typer.Option(min=1, help="Number of joints to draw.")] = 1000,
-    seed: Annotated[int, typer.Option(min=0, help="Seed of the draws.")] = 1,
+    # further controller of the package to run beside them. May be given several times
+    controller: list[str] | None = None,
+    runs: Annotated[int, typer.Option(min=1)] = 1000,  # number of joints to draw
+    seed: Annotated[int, typer.Option(min=0)] = 1,  # seed of the draws
     scheduler: Scheduler = None,
     output: Output = Output(),  # noqa: B008
 ) -> None:
@@ -112,10 +110,7 @@ def sweep_command(
         worse = f"{100 * result['worse_than_pi']:.2g} % of the joints that ran"
         shown = [*sweep_tables(result), f"Whole run more than 5 % worse than pi: {worse}", *refused]
         title = f"{runs} joints drawn around {loaded.name}, seed {seed}"
-        figures, details = (
-            {} if figure is None else {"sweep": figure},
-            {"Scenario that they are drawn around": to_toml(loaded)},
-        )
+        figures, details = {"sweep": figure}, {"Scenario that they are drawn around": to_toml(loaded)}
         results.write("sweep.json", result, shown, figures, title=title, details=details)
         results.shown.append(f"sweep.json, its picture and the worst cases are in {output.out}")
 

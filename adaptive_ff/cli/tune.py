@@ -1,7 +1,7 @@
 """Command ``adaptive-ff tune``."""
 
 from functools import partial
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
@@ -13,27 +13,16 @@ LOAD = 0.4
 
 def tune_command(
     scenario: ScenarioFile = None,
-    controller: Annotated[
-        list[str] | None,
-        typer.Option(help="Controller to study beside pi; by default the observers and adaptive. May be repeated."),
-    ] = None,
-    seeds: Annotated[int, typer.Option(min=1, max=100, help="Number of seeds to report on, from 1 on.")] = 5,
-    tuning_seeds: Annotated[int, typer.Option(min=1, help="Number of seeds to choose on, from 101 on.")] = 3,
-    load: Annotated[
-        float,
-        typer.Option(
-            min=0.0, max=1.0, help="Step of the load to stand, over the torque limit; 0 if the joint sees none."
-        ),
-    ] = LOAD,
-    stiffness: Annotated[
-        float,
-        typer.Option(
-            min=0.0, help="Least stiffness of a recommended loop, N m/rad (linear: N/m): load over angle lost."
-        ),
-    ] = 0.0,
-    details: Annotated[
-        bool, typer.Option("--details", help="Also print margins, noise and errors at each bandwidth.")
-    ] = False,
+    # controller to study beside pi; by default the observers and adaptive. May be repeated
+    controller: list[str] | None = None,
+    seeds: Annotated[int, typer.Option(min=1, max=100)] = 5,  # number of seeds to report on, from 1 on
+    tuning_seeds: Annotated[int, typer.Option(min=1)] = 3,  # number of seeds to choose on, from 101 on
+    # step of the load to stand, over the torque limit; 0 if the joint sees none
+    load: Annotated[float, typer.Option(min=0.0, max=1.0)] = LOAD,
+    # least stiffness of a recommended loop, N m/rad (linear: N/m): load over angle lost
+    stiffness: Annotated[float, typer.Option(min=0.0)] = 0.0,
+    # also print margins, noise and errors at each bandwidth
+    details: Annotated[bool, typer.Option("--details")] = False,
     output: Output = Output(),  # noqa: B008 - the defaults of the options
 ) -> None:
     """Find the bandwidth that suits each controller: margins, noise, stiffness and error over that of the PI loop.
@@ -50,7 +39,7 @@ def tune_command(
     from adaptive_ff.scenario.scenario import load_scenario
     from adaptive_ff.studies.bandwidth_study import STUDIED, study_bandwidths
 
-    loaded, source = load_scenario(scenario), str(scenario or "built-in scenario")
+    loaded = load_scenario(scenario)
     with staged_results(output) as results:
         with bars("bandwidths") as done:
             study = study_bandwidths(
@@ -65,14 +54,17 @@ def tune_command(
             )
         write_csv(results.stage / "tune.csv", study.columns())
         legend = [END_LEGEND] if any(one.at_an_end for one in study.own.values()) else []
-        shown: list[Any] = [best_table(study), *legend, *bandwidth_lines(study.verdict)]
         further = [loops_table(study), errors_table(study)]
-        title = f"Bandwidths for {source}"
-        figures, page = {"tune": study.plot()}, {"Scenario": to_toml(loaded)}
-        shown += further if details else []
-        further = [] if details else further
+        shown = [best_table(study), *legend, *bandwidth_lines(study.verdict), *(further if details else [])]
         results.write(
-            "tune.json", study.to_dict(), shown, figures, further=further, title=title, details=page, source=source
+            "tune.json",
+            study.to_dict(),
+            shown,
+            {"tune": study.plot()},
+            further=[] if details else further,
+            title=f"Bandwidths for {loaded.name}",
+            details={"Scenario": to_toml(loaded)},
+            source=loaded.name,
         )
         weighed = f"Weighed for a load of {load:g} of the torque limit (--load; 0 if the joint sees none)."
         auto = ' bandwidth = "auto" in a scenario uses the best ones.' if (load, stiffness) == (LOAD, 0.0) else ""

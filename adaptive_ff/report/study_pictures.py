@@ -124,15 +124,13 @@ def plot_excitation(motion: Excitation, *, linear: bool = False) -> Figure:
     return picture(panels, 6.0)[0]
 
 
-def plot_sweep(outcomes: Sequence[Outcome], source: str, worst: int = 3) -> Figure | None:
-    """Draw the distributions of a sweep and some of its worst cases; None where no joint ran.
+def plot_sweep(outcomes: Sequence[Outcome], source: str, worst: int = 3) -> Figure:
+    """Draw the distributions of a sweep, of which some joint ran, and some of its worst cases.
 
     Error of ``pi`` over that of each controller, settled and over the whole run, each as the percentage of joints that
     are at most so good; that of the whole run over the fall of the friction.
     """
     run = [outcome for outcome in outcomes if not outcome.refused]
-    if not run:
-        return None
     own = dict.fromkeys(name for outcome in run for name in outcome.metrics if name not in DRAWN)
     looks = looks_of([OURS, *own])
     with rc_context(STYLE):

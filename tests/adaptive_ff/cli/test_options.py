@@ -1,6 +1,7 @@
 """Options as ``--help`` describes them: each takes effect where it is given, and every option is used by a test."""
 
 import json
+from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
@@ -12,6 +13,7 @@ from scenario_files import short, write_scenario
 from synthetic_logs import make_log
 
 from adaptive_ff.cli.main import app
+from adaptive_ff.cli.options import described
 from adaptive_ff.files import write_csv
 
 LONG = {"excite", "commission"}
@@ -107,3 +109,22 @@ def test_every_option_is_used_by_a_test():
         if name not in LONG and not parameter.hidden and option.startswith("--") and f'"{option}"' not in sources
     ]
     assert unused == []
+
+
+@dataclass
+class Described:
+    """A group.
+
+    name: of nothing
+    """
+
+    # above the field,
+    # in two lines
+    above: int = 0
+    beside: int = 0  # beside the field
+    bare: int = 0
+
+
+def test_comment_above_or_beside_an_option_is_its_help():
+    assert described(Described) == {"above": "Above the field, in two lines.", "beside": "Beside the field."}
+    assert described(dataclass(type("Made", (), {}))) == {}

@@ -32,7 +32,3 @@ def test_distributions_and_worst_cases_are_drawn():
     legend = [text.get_text() for text in figure.legends[0].get_texts()]
     assert legend[:2] == ["adaptive", "mine"]
     assert "around joint.toml, seed 7, adaptive-ff" in figure.get_supxlabel()
-
-
-def test_nothing_is_drawn_where_no_joint_ran():
-    assert plot_sweep([Outcome(0, {}, "refused")], "seed 1") is None
