@@ -20,6 +20,8 @@ from setuptools.command.build_py import build_py
 
 ROOT = Path(__file__).resolve().parent
 ZIG = "ziglang>=0.13"
+NEEDED = ("numpy", "scipy", "pydantic", "lazy-loader")
+"""What the modules load that hold kernels, or make what these are called with."""
 
 
 def _compiler() -> tuple[str, ...] | None:
@@ -38,10 +40,11 @@ def _compiles_ahead() -> bool:
 
 
 def get_requires_for_build_wheel(config_settings: Any = None) -> list[str]:
-    """Return what building a wheel needs: to compile ahead, what the package needs, and zig where nothing compiles."""
+    """Return what building a wheel needs: to compile ahead what kernels need, and zig where nothing compiles."""
     needed: list[str] = build_meta.get_requires_for_build_wheel(config_settings)
     if _compiles_ahead():
-        needed += tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["dependencies"]
+        project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+        needed += [each for each in project["dependencies"] if each.startswith(NEEDED)]
         needed += [ZIG] if _compiler() is None else []
     return needed
 

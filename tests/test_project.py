@@ -74,6 +74,23 @@ def test_package_loads_lazily():
     assert loaded_by("import json", ["json"]) == ["json"]  # the question can be answered with yes
 
 
+AHEAD = """
+import warnings
+from adaptive_ff.cli import ahead
+ahead.kalman_gains.stationary_gain = ahead.riccati_gain
+with ahead.collected() as wanted, warnings.catch_warnings():
+    warnings.simplefilter("ignore")
+    ahead.ask_for_all()
+symbols = {symbol.rpartition("_")[0] for symbol in wanted}
+assert symbols >= {"step_pi", "step_adaptive", "run_plain", "write_along", "learn_in_place"}, symbols
+"""
+
+
+def test_to_compile_ahead_needs_no_more_than_the_build_asks_for():
+    packages = ("rich", "matplotlib", "control", "filterpy", "typer", "jinja2")
+    assert loaded_by(f"exec({AHEAD!r})", packages) == []
+
+
 def test_comparison_loads_what_it_needs():
     heavy = ["scipy.optimize", "jinja2", "control", "adaptive_ff.identify.identification"]
     draws = "import adaptive_ff.report.comparison_pictures, adaptive_ff.report.tables"

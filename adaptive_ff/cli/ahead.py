@@ -1,30 +1,40 @@
-"""Compiles ahead what comes with a wheel, ``python -m adaptive_ff.cli.ahead FOLDER``: steps, loops, commands on a log.
+"""Compiles ahead what comes with a wheel, ``python -m adaptive_ff.cli.ahead FOLDER``: steps, loops, kernels over a log.
 
-What is wanted is run once, with a cache of its own; what that compiles is the library. So nothing is listed that could
-be forgotten: a kernel that these runs reach is there, and any other is compiled when it is first asked for.
+What is wanted is asked for once, in plain Python, and then compiled in a few files, in which kernels share what they
+call: a compiler's start costs more than most kernels. Any other kernel is compiled when it is first asked for.
 """
 
 import os
 import shutil
-import subprocess
 import sys
 import tempfile
+import warnings
 from collections.abc import Callable
-from concurrent.futures import ProcessPoolExecutor
-from functools import partial
-from operator import call
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
+from functools import cache, partial
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
-from adaptive_ff.adaptive.group import JointGroup
+import numpy as np
+import scipy.linalg
+
 from adaptive_ff.comparison.registry import CONTROLLERS, make_controller
+from adaptive_ff.friction.along import columns_along
+from adaptive_ff.replay.learning import initial_state, learn, make_learner
 from adaptive_ff.scenario.library import scenario_names
 from adaptive_ff.scenario.scenario import load_scenario
 from adaptive_ff.simulation.experiment import build_setup, empty_record
-from adaptive_ff.simulation.loop import run_controller, start_position
+from adaptive_ff.simulation.loop import run_in_memory, start_position
 from controllers import Native, difference_velocity, direct_velocity, kalman_velocity, low_pass_velocity
+from controllers.arrays import NDArray
 from controllers.delay import LENGTHS
+from controllers.design import kalman_gains
 from controllers.kernels.cache_directory import BUILT, cache_directory
+from controllers.kernels.compiler import NoCompiler
+from controllers.kernels.library import collected, compile_kernels, stepper
+from controllers.native import NativeParameters, empty_exchange
 
 ESTIMATORS: dict[str, Callable[[], Any]] = {
     "direct": partial(direct_velocity, 0.01),
@@ -44,43 +54,56 @@ def lengthened(state: Any, length: int) -> Any:
     return type(state)(*items) if hasattr(state, "_fields") else tuple(items)
 
 
-def compile_steps(name: str, length: int) -> None:
-    """Compile step, estimates and monitors of a controller for a length of delay lines."""
-    controller = make_controller(load_scenario(), name)
-    Native(controller.parameters, lengthened(controller.state, length))
+@cache
+def made(name: str) -> Any:
+    """Return a controller for the built-in scenario."""
+    return make_controller(load_scenario(), name)
 
 
-def compile_loop(scenario: str, estimator: str) -> None:
-    """Compile the loop over the joint of a scenario with a velocity estimator, which serves every controller."""
+def ask_for_step(name: str, length: int) -> None:
+    """Ask for step, estimates and monitors of a controller for a length of delay lines."""
+    controller = made(name)
+    with suppress(NoCompiler):
+        Native(controller.parameters, lengthened(controller.state, length))
+
+
+def ask_for_loop(scenario: str, estimator: str) -> None:
+    """Ask for the loop over the joint of a scenario with a velocity estimator, which serves every controller."""
     setup = build_setup(load_scenario(scenario))._replace(observer=ESTIMATORS[estimator]())
-    controller = make_controller(load_scenario(), "pi")
-    run_controller(controller, setup, start_position(setup), 1, empty_record(setup, 1, 1))
+    anyone = NativeParameters(0, 0, 0, 0, 0, empty_exchange())
+    run_in_memory(anyone, 0, setup, start_position(setup), 0, empty_record(setup, 1, 1))
 
 
-def compile_group() -> None:
-    """Compile the steps of a group of joints."""
-    adaptive = make_controller(load_scenario(), "adaptive")
-    group = JointGroup({"joint": adaptive})
-    group.step([0.0], [0.0])
+def ask_for_log() -> None:
+    """Ask for what the commands on a log need beside steps and loops."""
+    usual: dict[str, Any] = {"fast": 1.0, "torque": 1.0, "accelerated": 1.0, "inertia": 1.0, "stribeck_velocity": 0.1}
+    learner = make_learner(**usual, directions=False, gravity=False, offset=False, ripples=())
+    columns = np.zeros((1, len(learner.names)))
+    learn(learner, initial_state(learner), columns, np.zeros(1), np.zeros(1, dtype=np.bool_), 0.01, 1.0)
+    columns_along(learner.hypothesis, learner.curve, np.zeros(2), 0.01)
 
 
-def run_commands() -> None:
-    """Compile what the commands on a log need beside steps and loops."""
-    with tempfile.TemporaryDirectory() as folder:
-        command, log = [sys.executable, "-m", "adaptive_ff"], str(Path(folder, "results", "pi.csv"))
-        columns = ["--velocity", "measured", "--torque", "torque"]
-        for words in (["compare"], ["identify", log, *columns], ["replay", log, *columns]):
-            subprocess.run([*command, *words, "--out", str(Path(folder, "results"))], check=True, stdout=sys.stderr)
-
-
-def jobs() -> list[Callable[[], None]]:
-    """Return steps and loops, each a job of its own."""
-    kinds = {type(make_controller(load_scenario(), name).parameters): name for name in reversed(CONTROLLERS)}
+def ask_for_all() -> None:
+    """Ask for everything that comes with a wheel."""
+    # what is identified or tuned by a simulation first has the kernels of others
+    names = [name for name in reversed(CONTROLLERS) if not name.endswith(("_batch", "_tuned"))]
+    kinds = {type(made(name).parameters): name for name in names}
     joints = {type(load_scenario(name).joint.parameters): name for name in reversed(scenario_names())}
-    found: list[Callable[[], None]] = [compile_group]
-    found += [partial(compile_steps, name, length) for name in kinds.values() for length in LENGTHS]
-    found += [partial(compile_loop, joint, each) for joint in joints.values() for each in ESTIMATORS]
-    return found
+    for name in kinds.values():
+        for length in LENGTHS:
+            ask_for_step(name, length)
+    for joint in joints.values():
+        for each in ESTIMATORS:
+            ask_for_loop(joint, each)
+    ask_for_log()
+
+
+def riccati_gain(transition: NDArray[np.float64], process_noise: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the stationary gain but for its last digits: to build the package needs no library of filters."""
+    size = transition.shape[0]
+    covariance = scipy.linalg.solve_discrete_are(transition.T, np.eye(size, 1), process_noise, np.eye(1))
+    gain: NDArray[np.float64] = covariance[:, 0] / (covariance[0, 0] + 1.0)
+    return gain
 
 
 def main(target: Path) -> None:
@@ -88,13 +111,19 @@ def main(target: Path) -> None:
     with tempfile.TemporaryDirectory() as folder:
         os.environ["ADAPTIVE_FF_CACHE"] = folder
         cache_directory.cache_clear()
-        with ProcessPoolExecutor(os.cpu_count()) as pool:
-            list(pool.map(call, jobs()))
-        run_commands()
+        kalman_gains.stationary_gain = riccati_gain
+        with collected() as wanted, warnings.catch_warnings(action="ignore"):
+            ask_for_all()
+        workers = os.cpu_count() or 1
+        left, size = iter(wanted.items()), -(-len(wanted) // (2 * workers))
+        parts = iter(lambda: dict(islice(left, size)), {})
+        with ThreadPoolExecutor(workers) as pool:  # one translates while the compiler of another one runs
+            list(pool.map(compile_kernels, parts))
+        stepper()
         library = target / BUILT.name
         shutil.rmtree(library, ignore_errors=True)
         shutil.copytree(cache_directory(), library, ignore=shutil.ignore_patterns("*.part", "tmp*"))
-    print(f"compiled {len(list(library.glob('*.record')))} kernels", file=sys.stderr)
+    print(f"compiled {len(wanted)} kernels", file=sys.stderr)
 
 
 if __name__ == "__main__":

@@ -3,6 +3,7 @@
 import inspect
 import re
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 from controllers.kernels.comments import comment_lines, wrapped_code
@@ -34,10 +35,15 @@ class Translator(Unit):
             if function in self._pending and caller is not None:
                 raise caller[0].refusal(caller[1], f"{kernel.name} calls itself; write a loop over a range")
             self._pending.append(function)
-            self.files.add(kernel.file)
-            self.functions[key] = _translated(self, kernel, kinds, key[2], self._function_name(function))
+            outer, self.files, self.meanings = (self.files, self.meanings), {kernel.file}, {}
+            made = _translated(self, kernel, kinds, key[2], self._function_name(function))
+            self.functions[key] = replace(made, files=frozenset(self.files), meanings=self.meanings)
+            self.files, self.meanings = outer
             self._pending.pop()
-        return self.functions[key]
+        made = self.functions[key]
+        self.files |= made.files
+        self.meanings |= made.meanings
+        return made
 
     def _function_name(self, function: Callable[..., Any]) -> str:
         taken = {made.name: origin for (origin, _, _), made in self.functions.items()}

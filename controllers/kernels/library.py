@@ -12,8 +12,8 @@ import sysconfig
 import tempfile
 import threading
 from collections import defaultdict
-from collections.abc import Callable, Hashable
-from contextlib import suppress
+from collections.abc import Callable, Hashable, Iterator, Mapping
+from contextlib import contextmanager, suppress
 from functools import cache
 from importlib.machinery import ExtensionFileLoader
 from importlib.util import module_from_spec, spec_from_loader
@@ -52,8 +52,25 @@ _LOCKS: defaultdict[Hashable, threading.Lock] = defaultdict(threading.Lock)
 """Threads compile different kernels at once, and each of them once."""
 
 
+_WANTED: list[dict[str, Writer]] = []
+"""Where what is asked for is collected; empty where it is compiled."""
+
+
+@contextmanager
+def collected() -> Iterator[dict[str, Writer]]:
+    """Collect the kernels that are asked for, by symbol, in place of compiling them: all runs as plain Python."""
+    _WANTED.append({})
+    try:
+        yield _WANTED[-1]
+    finally:
+        _WANTED.pop()
+
+
 def loaded(key: Hashable, symbol: str, write: Writer) -> Loaded:
     """Return a library that holds a symbol."""
+    if _WANTED:
+        _WANTED[-1][symbol] = write
+        raise NoCompiler(f"{symbol} is to be compiled together with others")
     if key not in _LOADED:
         with _LOCKS[key]:
             if key not in _LOADED:
@@ -109,25 +126,37 @@ def _keep(*paths: Path) -> None:
 
 
 def _compiled(symbol: str, write: Writer) -> Loaded:
+    if BUILT.is_dir():
+        print(f"kernels are new or have changed: compiling {symbol.rpartition('_')[0]}", file=sys.stderr)
+    clear_old()
+    library, (made,) = compile_kernels({symbol: write})
+    return Loaded(_opened(library), made.result)
+
+
+def compile_kernels(writers: Mapping[str, Writer]) -> tuple[Path, list[Translation]]:
+    """Compile kernels to one library, in which they share what they call; keep it and what each was made of."""
     folder, unit = cache_directory(), library_unit()
-    text, result = write(unit)
-    whole = file_text(unit, [text])
+    texts, made = [], []
+    for write in writers.values():
+        unit.files, unit.meanings = set(), {}
+        text, result = write(unit)
+        texts.append(text)
+        made.append(translation(unit, result))
+    whole = file_text(unit, texts)
     key = hashlib.sha256(f"{compiler()} {FLAGS} {whole}".encode()).hexdigest()[:16]
-    library = folder / f"{symbol}-{key}{SUFFIX}"
+    library = folder / f"{next(iter(writers))}-{key}{SUFFIX}"
     if not library.exists():
-        if BUILT.is_dir():
-            print(f"kernels are new or have changed: compiling {symbol.rpartition('_')[0]}", file=sys.stderr)
-        clear_old()
         with tempfile.TemporaryDirectory(dir=folder) as place:
-            source = Path(place, f"{symbol}.c")
+            source = Path(place, "kernels.c")
             source.write_text(whole, encoding="ascii")
             compile_files([source], library, [*FLAGS, "-shared"])
-    content = pickle.dumps(translation(unit, result, library.name))
-    record = folder / f"{symbol}-{hashlib.sha256(content).hexdigest()[:16]}.record"
-    part = record.with_name(f"{record.name}.{os.getpid()}.part")
-    part.write_bytes(content)
-    os.replace(part, record)
-    return Loaded(_opened(library), result)
+    for symbol, each in zip(writers, made, strict=True):
+        content = pickle.dumps(each._replace(library=library.name))
+        record = folder / f"{symbol}-{hashlib.sha256(content).hexdigest()[:16]}.record"
+        part = record.with_name(f"{record.name}.{os.getpid()}.part")
+        part.write_bytes(content)
+        os.replace(part, record)
+    return library, made
 
 
 @cache

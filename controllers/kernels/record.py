@@ -28,17 +28,17 @@ class Translation(NamedTuple):
     files: tuple[tuple[str, str], ...]
     meanings: dict[tuple[str, str], str]  # what each global name stood for, by module and name
     result: Type | None  # what the kernel gives
-    library: str  # name of the library's file
+    library: str = ""  # name of the library's file
 
     def holds(self) -> bool:
         """Tell whether all that it was made of is as it was."""
         return all(_content(path) == known for path, known in self.files) and stands(self.meanings)
 
 
-def translation(unit: Any, result: Type | None, library: str) -> Translation:
-    """Return what a unit was made of."""
+def translation(unit: Any, result: Type | None) -> Translation:
+    """Return what was translated last in a unit."""
     names = sorted(_relative(path) for path in unit.files)
-    return Translation(tuple((name, _content(name)) for name in names), dict(unit.meanings), result, library)
+    return Translation(tuple((name, _content(name)) for name in names), dict(unit.meanings), result)
 
 
 def _relative(path: Path) -> str:

@@ -2,8 +2,8 @@
 
 import ast
 import re
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -34,6 +34,8 @@ class Function:
     writes: bool  # whether it changes arrays in place
     constant: int | None = None  # what it returns, where that is an integer or truth value that is known at translation
     natural: bool = False  # whether what it returns is known to be not negative
+    files: frozenset[Path] = frozenset()  # files of it and of what it calls
+    meanings: Mapping[tuple[str, str], str] = field(default_factory=dict)  # what the global names in these stand for
 
 
 @dataclass(frozen=True)
