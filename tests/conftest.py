@@ -21,6 +21,7 @@ TESTS = Path(__file__).resolve().parent
 
 for library in ("OPENBLAS", "OMP", "MKL"):
     os.environ.setdefault(f"{library}_NUM_THREADS", "1")  # processes of tests with threads each wait for each other
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)  # hundreds of files would be compiled anew in every process
 
 
 LONGEST = ("test_project.py", "test_commissioning.py")

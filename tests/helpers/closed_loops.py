@@ -14,30 +14,18 @@ from plant import Actuator, Joint
 SCENARIO = load_scenario()
 
 
-def kind(controller):
-    """What decides which way a kernel takes: the class, and which of its numbers are zero."""
-
-    def zeros(value):
-        if isinstance(value, tuple):
-            return tuple(zeros(item) for item in value)
-        return tuple(np.ravel(np.asarray(value) == 0.0).tolist())
-
-    return type(controller), zeros(controller.parameters)
-
-
-def kinds(makers):
-    """Names of one controller of each kind: of the sample if it has one, else the first in the line-up."""
-    first = {}
-    for name, maker in sorted(makers.items(), key=lambda item: item[0] not in SAMPLE):
-        first.setdefault(kind(maker(SCENARIO)), name)
-    return sorted(first.values())
-
-
 SAMPLE = ("pi", "oracle", "adaptive", "adaptive_paper", "canudas", "disturbance_observer", "repetitive")
 """One of each way to work: feedback, model, both identifiers, bristle observer, disturbance observer, memory."""
 
-NAMES = kinds(CONTROLLERS)
+ALONE = ("canudas_measured", "coulomb_nominal", "extended_state", "feedback_error", "fixed", "friction_observer")
+ALONE += ("kalman_disturbance", "lee_tomizuka", "lugre_gradient", "lugre_observer", "maxwell_adaptive")
+ALONE += ("observed_nominal", "pi_inertia", "radial_basis", "super_twisting")
+
+NAMES = (*SAMPLE, *ALONE)
 """Controllers that the checklist runs over: feedforwards that differ in numbers only are checked once."""
+
+LEARNING = ("adaptive", "adaptive_paper", "canudas", "canudas_measured", "feedback_error", "lugre_gradient")
+"""Those that identify, which can be switched off."""
 
 LINE_UP = sampled(NAMES, SAMPLE)
 """Controllers as parameters of a test: the sample in every run, the others nightly."""
@@ -100,6 +88,7 @@ def error_of(setup, record, seconds):
 
 
 __all__ = [
+    "LEARNING",
     "LINE_UP",
     "NAMES",
     "SAMPLE",

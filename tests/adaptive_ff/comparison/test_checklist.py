@@ -9,6 +9,7 @@ import platform
 import numpy as np
 import pytest
 from closed_loops import (
+    LEARNING,
     LINE_UP,
     NAMES,
     SAMPLE,
@@ -23,15 +24,15 @@ from closed_loops import (
 )
 from nightly import sampled
 
+from adaptive_ff.comparison.registry import CONTROLLERS
 from adaptive_ff.comparison.run import simulate
 from adaptive_ff.simulation.loop import start_position
 
 SHORT = SCENARIO.modified(duration=6.0)
-IDENTIFYING = [name for name in NAMES if make(name).estimate_names]
-SWITCHED = [name for name in NAMES if hasattr(make(name), "enabled")]
+EVERY = tuple(CONTROLLERS)  # before a test adds one
 
 controllers = pytest.mark.parametrize("name", LINE_UP)
-identifying = pytest.mark.parametrize("name", sampled(IDENTIFYING, SAMPLE))
+identifying = pytest.mark.parametrize("name", sampled(LEARNING, SAMPLE))
 
 
 def same(found, expected):
@@ -41,9 +42,23 @@ def same(found, expected):
     return np.allclose(found, expected, rtol=0.0, atol=1e-12 * np.max(np.abs(expected)))
 
 
-def test_the_list_names_the_controllers_of_the_main_job_and_knows_which_identify():
-    assert set(SCENARIO.controllers) <= set(NAMES)
-    assert {"adaptive", "adaptive_paper"} <= set(IDENTIFYING) & set(SWITCHED)
+def kind(controller):
+    """What decides which way a kernel takes: the class, and which of its numbers are zero."""
+
+    def zeros(value):
+        if isinstance(value, tuple):
+            return tuple(zeros(item) for item in value)
+        return tuple(np.ravel(np.asarray(value) == 0.0).tolist())
+
+    return type(controller), zeros(controller.parameters)
+
+
+def test_the_list_names_one_controller_of_each_kind_and_knows_which_learn():
+    first = {kind(make(name)): name for name in (*reversed(EVERY), *reversed(NAMES))}
+    assert sorted(first.values()) == sorted(NAMES)
+    for controller in map(make, NAMES):
+        assert bool(controller.estimate_names) == hasattr(controller, "enabled")
+    assert {name for name in NAMES if make(name).estimate_names} == set(LEARNING)
 
 
 def without_offset(estimates):
@@ -267,10 +282,10 @@ def test_after_an_hour_of_standstill_all_is_finite_and_learning_goes_on(name, no
     after, _ = drive(controller, setup, position=stand_still(controller, noise, minutes=65))
     assert np.all(np.isfinite(after.torque))
     assert np.all(np.isfinite(after.estimates))
-    assert np.any(np.diff(after.estimates, axis=0)) == (name in IDENTIFYING)
+    assert np.any(np.diff(after.estimates, axis=0)) == (name in LEARNING)
 
 
-@pytest.mark.parametrize("name", sampled(SWITCHED, SAMPLE))
+@pytest.mark.parametrize("name", sampled(LEARNING, SAMPLE))
 def test_switched_off_it_keeps_its_estimates_and_feeds_them_forward(name):
     setup, controller = build_setup(SCENARIO), make(name)
     assert controller.enabled is True

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from closed_loops import NAMES, SAMPLE, SCENARIO, make
+from closed_loops import LEARNING, NAMES, SAMPLE, SCENARIO, make
 from units import in_other_units
 
 from adaptive_ff import parse_scenario
@@ -97,7 +97,7 @@ KEEP = ("adaptive", "lugre_gradient")
 """What observes a disturbance all the same, and what begins with bristles."""
 
 
-@pytest.mark.parametrize("name", [name for name in NAMES if hasattr(make(name), "enabled") and name not in KEEP])
+@pytest.mark.parametrize("name", [name for name in LEARNING if name not in KEEP])
 def test_what_has_learnt_nothing_is_pi_with_the_torque_of_the_inertia(name):
     controller = make(name).run_uncompiled()
     controller.enabled = False

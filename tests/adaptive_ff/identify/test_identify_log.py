@@ -234,7 +234,7 @@ def test_useless_column_is_refused(change, message):
 
 @pytest.mark.parametrize("series", ["torque", "position"])
 def test_reversed_sign_is_refused_with_what_to_do(series):
-    log = make_log(noise=0.1)
+    log = make_log(noise=0.1, duration=6.0)
     with pytest.raises(InputError, match=r"log: friction would drive the joint .* scale the torque by -1"):
         identify_log(replace(log, **{series: -getattr(log, series)}))
 

@@ -11,7 +11,7 @@ from scenario_files import built_in, write_scenario
 from adaptive_ff import InputError, load_scenario, simulate
 from adaptive_ff.files import write_csv
 from adaptive_ff.identify import identification
-from adaptive_ff.studies import exciting_motion
+from adaptive_ff.studies import exciting_motion, motion
 from adaptive_ff.studies.exciting_motion import find_excitations, polished
 
 
@@ -24,7 +24,8 @@ def commissioned(tmp_path_factory):
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(exciting_motion, "find_excitations", functools.partial(find_excitations, starts=1, rounds=1))
         patch.setattr(exciting_motion, "polished", functools.partial(polished, trials=3))
-        outcome = run_command_line("commission", scenario, "--out", folder / "out", "--report")
+        patch.setattr(motion, "ITERATIONS", 10)
+        outcome = run_command_line("commission", scenario, "--period", 5, "--out", folder / "out", "--report")
     return folder / "out", outcome, scenario
 
 
