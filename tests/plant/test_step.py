@@ -195,6 +195,24 @@ def test_step_solves_the_implicit_equations_just_above_breakaway(shape, lag, exc
     assert_solves_the_implicit_equations(joint, JointState(0.0, 90.0, 0.0), 90.0 * (1.0 + excess), 1e-4)
 
 
+def test_speed_of_sliding_solves_its_equation_to_the_last_digits():
+    """With one exponential: the residual of ``w + kappa F(w) = free speed``, in more digits."""
+    generator, most = np.random.default_rng(1), 0.0
+    for coulomb, excess, kappa, velocity, start, near in 10.0 ** generator.uniform(
+        [0.8, -2.0, -6.0, -2.5, -2.0, -5.0], [2.8, 0.0, -4.0, 0.0, 1.3, -1.0], (3000, 6)
+    ):
+        curve = Stribeck(coulomb, (1.0 + excess) * coulomb, 80.0, velocity, 1.0)
+        one, speed = sliding.direction_of(curve, kappa), start * velocity
+        free = one.linear * speed + one.coulomb + one.excess * math.exp(-start)
+        if one.linear < one.excess / velocity + 0.05 or free <= one.breakaway:
+            continue  # it has more than one solution, or rests
+        friction = (free - speed * (1.0 + near * generator.standard_normal())) / kappa
+        found = np.longdouble(sliding.speed_in_direction(one, free, friction))
+        left = one.linear * found + one.coulomb + one.excess * np.exp(-found * one.per_velocity) - free
+        most = max(most, abs(float(left)) / free)
+    assert most < 3.0 * np.finfo(float).eps
+
+
 @settings(max_examples=150, deadline=None)
 @given(unique_steps(st.just(0.0)))
 @example((PROMPT, JointState(1e-9, 0.0, 0.0), 0.0, 1e-3))

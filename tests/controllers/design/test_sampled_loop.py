@@ -1,10 +1,22 @@
-"""Products of polynomials of the sampled loop."""
+"""The sampled loop: products of its polynomials, and its margins."""
+
+import math
 
 import numpy as np
+import pytest
+
+from controllers.design.sampled_loop import SampledLoop, _product, margins_of, open_loop
 
 
 def test_product_of_polynomials_is_that_of_numpy():
-    from controllers.design.sampled_loop import _product
-
     for first, second in (([0.0, 2.0, 1.0], [0.0, 0.0, 3.0]), ([0.0], [1.0, 2.0]), ([1.0, -1.0], [1.0, -1.0])):
         np.testing.assert_array_equal(_product(np.array(first), np.array(second)), np.polymul(first, second))
+
+
+@pytest.mark.parametrize("proportional", [1e-4, 1e-2, 0.4, 1.2])
+def test_margins_are_those_at_the_crossover_of_loops_of_any_speed(proportional):
+    loop = SampledLoop(proportional, 0.2 * proportional**2, 0)
+    found = margins_of(loop)
+    numerator, denominator = (np.polyval(one, np.exp(2j * math.pi * found.crossover)) for one in open_loop(loop))
+    assert abs(numerator / denominator) == pytest.approx(1.0, rel=0.01)
+    assert found.phase_margin == pytest.approx(math.degrees(np.angle(-numerator / denominator)), abs=1e-6)

@@ -1,0 +1,26 @@
+"""Physical estimates: their slopes, by which deviations are theirs, against difference quotients."""
+
+import numpy as np
+import pytest
+from exports import adaptive_variants
+
+from adaptive_ff.adaptive.estimates import HELD, fill_slopes, write_physical
+from adaptive_ff.learning.kalman import LOOP
+
+
+@pytest.mark.parametrize("make", adaptive_variants().values(), ids=adaptive_variants())
+def test_slopes_are_the_derivatives_of_the_estimates(make):
+    controller = make()
+    parameters, state, count = controller.parameters, controller.state, len(controller.estimate_names)
+    mean = np.random.default_rng(1).uniform(0.5, 2.0, state.mean.size)
+
+    def estimates(values):
+        row = np.zeros(count)
+        write_physical(parameters, state._replace(mean=values, steady=values[HELD]), row)
+        return row
+
+    slopes, steps = np.ones((count, mean.size)), 1e-5 * np.eye(mean.size)
+    fill_slopes(parameters, state._replace(mean=mean), slopes)
+    expected = np.array([(estimates(mean + step) - estimates(mean - step)) / 2e-5 for step in steps]).T
+    np.testing.assert_allclose(slopes, expected, rtol=1e-6, atol=1e-8)
+    assert np.all(np.any(slopes[:, LOOP:], axis=1) | (np.array(controller.estimate_names) == "offset"))
