@@ -47,7 +47,8 @@ SENTENCES = {
 def sentence(finding: Finding) -> str:
     """Return what was found in words."""
     unit = unit_of(finding.names[0]) if finding.names else ""
-    return SENTENCES[finding.code].format(names=_listed(finding.names), unit=unit, **finding.values)
+    names = " and ".join(filter(None, (", ".join(finding.names[:-1]), *finding.names[-1:])))
+    return SENTENCES[finding.code].format(names=names, unit=unit, **finding.values)
 
 
 def sentences(diagnosis: Diagnosis) -> list[str]:
@@ -61,11 +62,14 @@ def sentences(diagnosis: Diagnosis) -> list[str]:
 
 def map_sentences(learnt: LearntMap | None) -> list[str]:
     """Return where friction rises and falls, and by how much; nothing of a controller without a map."""
-    said = []
-    if learnt is not None and learnt.factor.size and max(learnt.factor) - min(learnt.factor) > LEAST_VARIATION:
+    said: list[str] = []
+    if learnt is None:
+        return said
+    if learnt.factor.size and max(learnt.factor) - min(learnt.factor) > LEAST_VARIATION:
         said.append(position_sentence(learnt.position, learnt.factor, learnt.periods))
-    if learnt is not None and learnt.load_share != 0.0:
-        said.append(load_sentence(learnt.load_share))
+    if slope := learnt.load_share:
+        change = "rises" if slope > 0.0 else "falls"
+        said.append(f"Friction {change} by {100.0 * abs(slope):.2g} % for each N m of known torque.")
     return said
 
 
@@ -78,12 +82,6 @@ def position_sentence(position: NDArray[np.float64], factor: NDArray[np.float64]
         f"Friction depends on position: it rises by {rise:.0f} % at {position[high]:.3g} rad and falls by "
         f"{fall:.0f} % at {position[low]:.3g} rad{repeats}."
     )
-
-
-def load_sentence(slope: float) -> str:
-    """Return by how much friction rises with the known torque."""
-    change = "rises" if slope > 0.0 else "falls"
-    return f"Friction {change} by {100.0 * abs(slope):.2g} % for each N m of known torque."
 
 
 def diagnosis_table(diagnosis: Diagnosis) -> Table:
@@ -103,9 +101,3 @@ def diagnosis_text(diagnosis: Diagnosis) -> str:
     for said in sentences(diagnosis):
         console.print(said, markup=False, highlight=False)
     return text.getvalue().strip("\n")
-
-
-def _listed(names: tuple[str, ...]) -> str:
-    if len(names) < 2:
-        return "".join(names)
-    return f"{', '.join(names[:-1])} and {names[-1]}"

@@ -9,12 +9,8 @@ from adaptive_ff.scenario.axis_units import axis_unit
 from adaptive_ff.simulation.metrics import METRIC_UNITS
 
 SERIES_UNITS = {
-    "reference": "rad/s",
-    "velocity": "rad/s",
-    "measured": "rad/s",
-    "torque": "N m",
-    "feedforward": "N m",
-    "friction": "N m",
+    **dict.fromkeys(("reference", "velocity", "measured"), "rad/s"),
+    **dict.fromkeys(("torque", "feedforward", "friction"), "N m"),
 }
 """Units of the series at the samples."""
 
@@ -32,15 +28,14 @@ def figures_frame(comparison: Comparison) -> Any:
 def series_dataset(comparison: Comparison) -> Any:
     """Return the series at the samples as an ``xarray.Dataset`` by controller and time."""
     xarray = library("xarray")
-    columns = {name: run.columns() for name, run in comparison.runs.items()}
-    names = list(columns)
-    first = columns[names[0]]
-    data: dict[str, Any] = {"reference": ("time", first["reference"], {"units": _unit(comparison, "rad/s")})}
+    columns = [run.columns() for run in comparison.runs.values()]
+    data: dict[str, Any] = {}
     for series, unit in SERIES_UNITS.items():
-        if series != "reference":
-            values = [columns[name][series] for name in names]
-            data[series] = (("controller", "time"), values, {"units": _unit(comparison, unit)})
-    return xarray.Dataset(data, {"controller": names, "time": ("time", first["time"], {"units": "s"})})
+        common = series == "reference"
+        values = columns[0][series] if common else [one[series] for one in columns]
+        data[series] = ("time" if common else ("controller", "time"), values, {"units": _unit(comparison, unit)})
+    time = ("time", columns[0]["time"], {"units": "s"})
+    return xarray.Dataset(data, {"controller": list(comparison.runs), "time": time})
 
 
 def _unit(comparison: Comparison, unit: str) -> str:

@@ -111,26 +111,32 @@ def sweep_tables(result: Mapping[str, Any]) -> list[Table]:
     """Return the distributions that a sweep found, by how steeply friction falls, and of further controllers."""
     title = f"{result['draws']} draws, {result['refused']} of them refused; settled error, whole run, first 5 s"
     quantiles = result["quantiles"]
-    names = ("improvement", "share_of_oracle", "whole_run", "start", "torque_variation")
+    heads = {
+        "improvement": "settled: pi / adaptive",
+        "share_of_oracle": "settled: oracle / adaptive",
+        "whole_run": "whole run: pi / adaptive",
+        "start": "first 5 s: pi / adaptive",
+        "torque_variation": "sum |du|: oracle / adaptive",
+    }
     rows = [
-        [LEVELS.get(level, f"{100.0 * float(level):g} %"), *(_gain(quantiles, name, level) for name in names)]
+        [LEVELS.get(level, f"{100.0 * float(level):g} %"), *(_gain(quantiles, name, level) for name in heads)]
         for level in quantiles.get("improvement", {})
     ]
-    heads = ["settled: pi / adaptive", "settled: oracle / adaptive", "whole run: pi / adaptive"]
-    heads += ["first 5 s: pi / adaptive", "sum |du|: oracle / adaptive"]
-    tables = [table(title, rows, {"quantile": None, **dict.fromkeys(heads, ("", 3))})]
-    heads = ["joints", "settled: pi / adaptive", "worst", "first 5 s: pi / adaptive", "settled worse than pi"]
-    classes: list[list[Cell]] = [
-        [
-            name + (" (pi hunts)" if CLASSES[name] >= HUNTING else ""),
-            *(found[key] for key in ("joints", "improvement", "least_improvement")),
-            1.0 / found["start"],
-            *(found[key] for key in ("worse_settled", "worse_whole_run")),
-        ]
-        for name, found in result["classes"].items()
-    ]
-    heads.append("whole run 5 % worse")
-    tables.append(table("By the steepest fall of friction", classes, {"fall": None, **dict.fromkeys(heads, ("", 3))}))
+    tables = [table(title, rows, {"quantile": None, **dict.fromkeys(heads.values(), ("", 3))})]
+    heads = {
+        "joints": "joints",
+        "improvement": "settled: pi / adaptive",
+        "least_improvement": "worst",
+        "start": "first 5 s: pi / adaptive",
+        "worse_settled": "settled worse than pi",
+        "worse_whole_run": "whole run 5 % worse",
+    }
+    classes: list[list[Cell]] = []
+    for name, found in result["classes"].items():
+        figures = {**found, "start": 1.0 / found["start"]}
+        classes.append([name + (" (pi hunts)" if CLASSES[name] >= HUNTING else ""), *(figures[key] for key in heads)])
+    columns: Columns = {"fall": None, **dict.fromkeys(heads.values(), ("", 3))}
+    tables.append(table("By the steepest fall of friction", classes, columns))
     if result["own"]:
         tables.append(_further_table(result["own"]))
     return tables
@@ -202,11 +208,9 @@ def loops_table(study: "BandwidthStudy") -> Table:
         **{"noise torque": (axis_unit(axis, "N m"), 3), "noise speed": (axis_unit(axis, "rad/s"), 3)},
         **{"lost": (axis_unit(axis, "rad/(N m)"), 3), "peak": (axis_unit(axis, "rad/s"), 3), "falling friction": None},
     }
+    names = ("bandwidth", "maximum_sensitivity", "phase_margin", "noise_torque", "noise_velocity", "angle_lost")
     rows: list[list[Cell]] = [
-        [
-            *(loop.bandwidth, loop.maximum_sensitivity, loop.phase_margin, loop.noise_torque, loop.noise_velocity),
-            *(loop.angle_lost, loop.peak_speed, "hunts" if loop.hunts else "held"),
-        ]
+        [*(getattr(loop, name) for name in (*names, "peak_speed")), "hunts" if loop.hunts else "held"]
         for loop in study.loops
     ]
     load = f"{step:.3g} {axis_unit(axis, 'N m')}"

@@ -25,14 +25,10 @@ from plant import steepest_fall
 
 SETTLED = 40.0  # time constants of the integral part over which a response to noise is followed
 MOST_SAMPLES = 20_000  # samples after which a filter of the velocity has forgotten a reading
-LOAD_FRACTION = 0.4
-"""Step of the load that a loop is to stand, over the rated torque, which is the torque limit of the drive."""
-
+LOAD_FRACTION = 0.4  # step of the load that a loop is to stand, over the rated torque, the limit of the drive
 TREMBLING = 0.1  # torque that measurement noise may cost (rms), over the rated torque
 REVERSALS = 1.0  # reversals of a motion in a second that the error of friction is reckoned for
-SLOWEST, SLOWEST_FRACTION = 1.0, 0.25
-"""Slowest loop that is tried, Hz, and its fraction of the fastest one where that is less."""
-
+SLOWEST, SLOWEST_FRACTION = 1.0, 0.25  # slowest loop that is tried, Hz, and over the fastest one where that is less
 STEP = 2.0**0.5  # ratio of one bandwidth that is tried to the next
 
 

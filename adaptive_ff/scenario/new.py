@@ -1,6 +1,7 @@
 """A first scenario of one's own joint from the numbers of a data sheet, with what is assumed beside each number."""
 
 import math
+from contextlib import suppress
 from typing import Any, NamedTuple
 
 from pydantic import ValidationError
@@ -14,20 +15,14 @@ from adaptive_ff.scenario.scenario import Scenario
 from adaptive_ff.scenario.tables import AUTO
 from plant import JointModel, whole_multiple
 
-COULOMB_FRACTION, STICTION_FACTOR = 0.1, 1.25
-"""Coulomb friction over the rated torque, and stiction over Coulomb friction, of a geared axis."""
-
+COULOMB_FRACTION = 0.1  # Coulomb friction over the rated torque, of a geared axis
+STICTION_FACTOR = 1.25  # stiction over Coulomb friction
 VISCOUS_FRACTION = 0.05  # viscous friction at the rated speed over the rated torque
-STRIBECK_FRACTION, NOISE_FRACTION = 0.02, 2e-4
-"""Stribeck velocity, and noise of the measured velocity, over the rated speed."""
-
+STRIBECK_FRACTION = 0.02  # Stribeck velocity over the rated speed
+NOISE_FRACTION = 2e-4  # noise of the measured velocity over the rated speed
 LOOP_FRACTION = 0.5  # largest bandwidth of the PI loop over the one that a maximum sensitivity of 1.7 allows
-CUTOFFS = (50.0, 100.0, 200.0, 25.0, 12.0, 400.0)
-"""Corners of the low-pass behind an encoder that are tried where none is given, Hz, ..."""
-
-CUTOFF_FRACTION = 0.4
-"""... and the largest of them, over the sampling frequency."""
-
+CUTOFFS = (50.0, 100.0, 200.0, 25.0, 12.0, 400.0)  # corners behind an encoder that are tried where none is given, Hz
+CUTOFF_FRACTION = 0.4  # the largest of them, over the sampling frequency
 LONGEST_SOLVER_PERIOD = 0.001  # longest solver period, s
 SHORTEST_PERIOD = SHORTEST / LONGEST
 """Shortest sampling period, s: a scenario without a duration takes ``SHORTEST`` s, in at most ``LONGEST`` steps."""
@@ -95,11 +90,7 @@ def new_scenario_text(
         "viscous": _rounded(viscous),
         "stribeck_velocity": _rounded(STRIBECK_FRACTION * speed),
     }
-    joint = {
-        **({"axis": axis} if linear else {}),
-        **curve,
-        **({} if gear_ratio is None else {"gear_ratio": gear_ratio}),
-    }
+    joint = {**({"axis": axis} if linear else {}), **curve, **({"gear_ratio": gear_ratio} if gear_ratio else {})}
     sensor = {"velocity_noise": _rounded(NOISE_FRACTION * speed)}
     if encoder is not None:
         sensor = {"encoder_resolution": float(f"{encoder.resolution(gear_ratio, linear):.7g}")}
@@ -171,18 +162,12 @@ def _comments(units: dict[str, str], encoder: Encoder | None) -> dict[str, str]:
 def _solver_period(curve: dict[str, float], period: float, delay: float) -> float:
     """Return the longest part of sampling period and delay for which the simulated joint has a unique step."""
     shortest = max(period / 1000.0, SHORTEST_PERIOD)
-    parts = 1
-    while parts <= 1000:
+    for parts in range(1, 1001):
         solver = float(f"{period / parts:.12g}")
         whole = delay == 0.0 or whole_multiple(delay, solver) is not None
         if whole and shortest * (1.0 - 1e-9) <= solver <= LONGEST_SOLVER_PERIOD:
-            try:
-                JointModel(**curve, solver_period=solver)
-            except ValidationError:
-                pass
-            else:
-                return solver
-        parts += 1
+            with suppress(ValidationError):
+                return JointModel(**curve, solver_period=solver).solver_period
     if delay > 0.0 and whole_multiple(delay, period / 1000.0) is None:
         raise InputError(f"delay = {delay:g} s is not allowed: it must be a whole number of thousandths of the period")
     raise InputError(

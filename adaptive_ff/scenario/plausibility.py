@@ -9,9 +9,7 @@ from adaptive_ff.scenario.axis_units import axis_unit
 from adaptive_ff.scenario.series import largest_size
 from plant import FrictionFields
 
-PEAK_FACTOR = 7.0
-"""Peak of a multisine where none is given, in Stribeck velocities: well beyond the falling part of the curve."""
-
+PEAK_FACTOR = 7.0  # default peak of a multisine, in Stribeck velocities: well beyond the falling part of the curve
 SLOW_FACTOR = 2.0
 """A reference that never exceeds this many Stribeck velocities does not show viscous and Coulomb friction apart."""
 
