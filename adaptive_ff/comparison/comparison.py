@@ -264,7 +264,7 @@ def verdict(comparison: Comparison) -> Verdict:
 def error_parts(scenario: Scenario, error: float) -> dict[str, float]:
     """Return what of a settled error (rad/s rms) is due to the loop, to noise and to friction; empty where unknown."""
     duration = min(scenario.length, LONGEST)
-    changes = [one.model_dump(exclude_unset=True) for one in scenario.change if one.time < duration]
+    changes = [one for one in scenario.change if one.time < duration]
     try:
         brief = scenario.modified(duration=duration, change=changes)
         floor, clean = (noise_floor(brief, noisy=noisy).metrics.rms_error_settled for noisy in (True, False))

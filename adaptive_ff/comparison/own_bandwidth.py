@@ -87,9 +87,8 @@ def own_bandwidth(
 
 def with_bandwidth(scenario: Scenario, bandwidth: float) -> Scenario:
     """Return a scenario whose feedback has another bandwidth (Hz) in the place of its own, or of its gains."""
-    content = scenario.model_dump(exclude_unset=True)
-    kept = {name: content["feedback"][name] for name in ("inertia", "delay") if name in content["feedback"]}
-    return Scenario.model_validate({**content, "feedback": {**kept, "bandwidth": float(bandwidth)}})
+    kept = scenario.feedback.model_dump(include={"inertia", "delay"}, exclude_unset=True)
+    return scenario.replaced(feedback={**kept, "bandwidth": float(bandwidth)})
 
 
 def loaded(scenario: Scenario, load: float = LOAD_FRACTION) -> Scenario:
@@ -98,7 +97,7 @@ def loaded(scenario: Scenario, load: float = LOAD_FRACTION) -> Scenario:
     last = scenario.change[-1].model_dump(exclude_unset=True) if scenario.change else {}
     time = begin + 0.75 * (float(scenario.sample_steps[-1]) * scenario.joint.solver_period - begin)
     step = {**last, "time": time, "load": last.get("load", 0.0) + load_step(scenario, load)}
-    return scenario.modified(change=[*(one.model_dump(exclude_unset=True) for one in scenario.change), step])
+    return scenario.modified(change=[*scenario.change, step])
 
 
 def errors_of(scenario: Scenario, maker: Maker, setup: RunSetup | None = None) -> Errors:

@@ -270,12 +270,9 @@ def frictionless(scenario: Scenario) -> Scenario:
     table |= {"coulomb": 0.0, "stiction": 0.0, "viscous": 0.0}
     if hasattr(joint, "link_share"):
         table |= {"kind": "elastic", **{name: getattr(joint, name) for name in SPRING}}
-    content = scenario.model_dump(exclude_unset=True)
     changes = [{"time": change.time, "inertia_scale": change.inertia_scale} for change in scenario.change]
-    content.get("actuator", {}).pop("ripple_amplitude", None)
-    return Scenario.model_validate(
-        {**{name: part for name, part in content.items() if name != "variation"}, "joint": table, "change": changes}
-    )
+    actuator = scenario.actuator.model_dump(exclude_unset=True, exclude={"ripple_amplitude"})
+    return scenario.replaced(joint=table, change=changes, actuator=actuator, variation={})
 
 
 def noise_floor(scenario: Scenario, setup: RunSetup | None = None, *, noisy: bool = True) -> Run:

@@ -5,7 +5,6 @@ value of each column of the picture, so no peak is lost. A curve that leaves its
 """
 
 import math
-import os
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -24,7 +23,7 @@ from numpy.typing import NDArray
 
 from adaptive_ff import __version__
 from adaptive_ff.errors import InputError, checked_path
-from adaptive_ff.files import make_folder
+from adaptive_ff.files import staged
 
 Series = NDArray[np.float64]
 Look = Mapping[str, Any]
@@ -277,10 +276,7 @@ def write_to(figure: Figure, path: str | Path | None) -> None:
     known = figure.canvas.get_supported_filetypes()
     if place.suffix and place.suffix[1:].lower() not in known:
         raise InputError(f"path = {str(path)!r} is not allowed: it must end in one of {', '.join(known)}")
-    try:
-        write_figure(figure, place)
-    except OSError as error:
-        raise InputError(f"{path}: cannot be written: {error.strerror or error}") from error
+    write_figure(figure, place)
 
 
 def write_into(figures: dict[str, Figure], folder: str | Path | None) -> dict[str, Figure]:
@@ -293,21 +289,16 @@ def write_into(figures: dict[str, Figure], folder: str | Path | None) -> dict[st
 
 
 def write_figure(figure: Figure, path: Path) -> None:
-    """Write a picture, whole or not at all."""
-    make_folder(path.parent)
-    unfinished = path.with_name(f".{path.name}.{os.getpid()}.unfinished")
-    engine = figure.get_layout_engine()
+    """Write a picture, whole or not at all; raises as :func:`adaptive_ff.files.staged`."""
+    engine, ending = figure.get_layout_engine(), path.suffix[1:].lower() or "png"
+    more: Any = {"pil_kwargs": {"compress_level": 1}} if ending == "png" else {}  # a tenth larger, twice as fast
+    metadata = {"Software" if ending == "png" else "Creator": f"adaptive-ff {__version__}"}
     if engine is not None:
         engine.execute(figure)
+    without: Any = dict.fromkeys(("figure.autolayout", "figure.constrained_layout.use"), False)
     try:
-        ending = path.suffix[1:].lower() or "png"
-        program = "Software" if ending == "png" else "Creator"
-        more: Any = {"pil_kwargs": {"compress_level": 1}} if ending == "png" else {}  # a tenth larger, twice as fast
-        with rc_context(dict.fromkeys(("figure.autolayout", "figure.constrained_layout.use"), False)):
+        with staged(path.parent, path) as stage, rc_context(without):
             figure.set_layout_engine(None)  # else saving would draw twice, to lay out again
-            metadata = {program: f"adaptive-ff {__version__}"}
-            figure.savefig(unfinished, format=ending, dpi=150, metadata=metadata, **more)
-        os.replace(unfinished, path)
+            figure.savefig(stage / path.name, format=ending, dpi=150, metadata=metadata, **more)
     finally:
         figure.set_layout_engine(engine)
-        unfinished.unlink(missing_ok=True)

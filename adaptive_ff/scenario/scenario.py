@@ -73,6 +73,10 @@ class Scenario(Content):
         derived.__dict__["name"] = self.name if self.name.endswith(" changed") else f"{self.name}, changed"
         return derived
 
+    def replaced(self, **tables: Any) -> "Scenario":
+        """Return a scenario with whole tables, or other values, in the place of its own."""
+        return Scenario.model_validate({**self.model_dump(exclude_unset=True), **tables})
+
 
 def parse_scenario(content: dict[str, Any], name: str, folder: Path | None = None) -> Scenario:
     """Check the content of a scenario.

@@ -45,15 +45,14 @@ def identified_scenario(scenario: Scenario, found: LogIdentification) -> Scenari
     """
     joint = tomllib.loads(scenario_text(found, "reference.csv"))["joint"]
     joint["solver_period"] = scenario.joint.solver_period
-    content = scenario.model_dump(exclude_unset=True)
-    tables = {
-        "joint": {**joint, "axis": scenario.joint.axis},
-        "feedback": {**content["feedback"], "inertia": joint["inertia"]},
-        "adaptation": {**content["adaptation"], "stribeck_velocity": joint["stribeck_velocity"]},
-        "fixed": {name: joint[name] for name in ("inertia", "coulomb", "viscous")},
-    }
+    feedback, adaptation = (one.model_dump(exclude_unset=True) for one in (scenario.feedback, scenario.adaptation))
     try:
-        return Scenario.model_validate({**content, **tables})
+        return scenario.replaced(
+            joint={**joint, "axis": scenario.joint.axis},
+            feedback={**feedback, "inertia": joint["inertia"]},
+            adaptation={**adaptation, "stribeck_velocity": joint["stribeck_velocity"]},
+            fixed={name: joint[name] for name in ("inertia", "coulomb", "viscous")},
+        )
     except ValueError as error:
         raise InputError(f"{found.name}: what was identified makes no scenario: {error}") from error
 
@@ -75,8 +74,7 @@ def gain_on_the_true_joint(scenario: Scenario, result: Scenario, study: Bandwidt
     that suits PI, and of the adaptive controller with what was identified.
     """
     given, suits_pi = loop_of(scenario, "pi"), study.own["pi"].best
-    content = result.model_dump(exclude_unset=True)
-    after = Scenario.model_validate({**content, "joint": scenario.joint.model_dump(exclude_unset=True)})
+    after = result.replaced(joint=scenario.joint)
 
     def error(one: Scenario, name: str) -> float:
         return float(np.median([settled_error(one.modified(seed=seed), CONTROLLERS[name]) for seed in REPORTED_SEEDS]))

@@ -123,8 +123,7 @@ def _widths(scenario: Scenario) -> list[float]:
 
 def with_motion(scenario: Scenario, reference: dict[str, Any], duration: float) -> Scenario:
     """Return a scenario with another reference and duration (s), and no changes of the joint."""
-    content = scenario.model_dump(exclude_unset=True)
-    return Scenario.model_validate({**content, "reference": reference, "duration": duration, "change": []})
+    return scenario.replaced(reference=reference, duration=duration, change=[])
 
 
 def yardstick(scenario: Scenario) -> Scenario:

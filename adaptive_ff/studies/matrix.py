@@ -63,7 +63,7 @@ def with_fastest_loop(scenario: Scenario) -> Scenario:
     if noise > 0.0 and limit is not None:
         bandwidth = min(bandwidth, TREMBLING * limit / (2.0 * np.pi * scenario.feedback.inertia * noise))
     feedback = {"inertia": scenario.feedback.inertia, "bandwidth": float(bandwidth)}
-    return Scenario.model_validate({**scenario.model_dump(exclude_unset=True), "feedback": feedback})
+    return scenario.replaced(feedback=feedback)
 
 
 def run_matrix(

@@ -8,7 +8,6 @@ import pytest
 
 from adaptive_ff import Comparison, InputError, __version__, compare, load_scenario, simulate
 from adaptive_ff.friction.model import model_friction
-from adaptive_ff.report import style
 from adaptive_ff.report.comparison_pictures import plot_comparison, plot_run
 from plant import sliding_friction
 
@@ -106,7 +105,7 @@ def test_failed_writing_leaves_neither_the_picture_nor_a_part_of_it(comparison, 
     def fail(*_):
         raise OSError("disk full")
 
-    monkeypatch.setattr(style.os, "replace", fail)
+    monkeypatch.setattr("os.replace", fail)
     with pytest.raises(InputError, match=r"tracking\.png: cannot be written: disk full"):
         plot_comparison(comparison, tmp_path)
     assert [file.name for file in tmp_path.iterdir()] == ["tracking.png"]
