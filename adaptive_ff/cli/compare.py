@@ -98,7 +98,7 @@ def compare_command(
 ) -> int:
     """Run a joint with each controller and show by how much friction feedforward improves tracking."""
     from adaptive_ff.comparison.comparison import compare, verdict
-    from adaptive_ff.comparison.own import check_own_names, named_own
+    from adaptive_ff.comparison.own import named_own
     from adaptive_ff.comparison.registry import CONTROLLERS
     from adaptive_ff.files import write_csv
     from adaptive_ff.report.tables import LEGEND, comparison_tables
@@ -107,7 +107,6 @@ def compare_command(
     from adaptive_ff.scenario.scenario import load_scenario
 
     mine = named_own(own or [])
-    check_own_names(mine, CONTROLLERS)
     loaded = load_scenario(scenario, reference=reference)
     source = loaded.name
     if controller:

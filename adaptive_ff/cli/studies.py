@@ -10,7 +10,7 @@ import typer
 from adaptive_ff.cli.cluster import workers
 from adaptive_ff.cli.options import Output, OwnControllers, ScenarioFile, Scheduler
 from adaptive_ff.cli.output import bars, staged_results
-from adaptive_ff.errors import InputError
+from adaptive_ff.errors import InputError, check_among
 
 SHOWN = ("oracle", "lagged_batch", "adaptive")
 """Controllers beside ``pi`` where none are chosen: the two yardsticks that matter, and ours."""
@@ -34,7 +34,7 @@ def matrix_command(
 ) -> None:
     """Run controllers on all scenarios of the package over several seeds, and say who wins where."""
     from adaptive_ff.comparison.comparison import BASELINE
-    from adaptive_ff.comparison.own import check_own_names, named_own
+    from adaptive_ff.comparison.own import named_own
     from adaptive_ff.comparison.registry import CONTROLLERS
     from adaptive_ff.comparison.run import NOISE_FLOOR
     from adaptive_ff.report.matrix_files import by_loop, matrix_rows, matrix_tables, write_matrix
@@ -43,7 +43,6 @@ def matrix_command(
     from adaptive_ff.studies.matrix import Job, collect, run_matrix, verdict
 
     mine = named_own(own or [])
-    check_own_names(mine, CONTROLLERS)
     known = [*(name for name in CONTROLLERS if name not in LEFT_OUT), NOISE_FLOOR]
     chosen = known if ALL in (controller or ()) else _chosen("--controller", controller or list(SHOWN), known)
     scenarios = _chosen("--only", only, scenario_names())
@@ -63,8 +62,7 @@ def matrix_command(
 
 def _chosen(option: str, given: list[str] | None, known: list[str]) -> list[str]:
     for name in given or []:
-        if name not in known:
-            raise InputError(f"{option}: {name!r} is not known; there are {', '.join(known)}")
+        check_among(f"{option}: ", name, known)
     return [name for name in known if not given or name in given]
 
 

@@ -10,6 +10,7 @@ their own, so time, motion and torque must be of one topic.
 """
 
 import json
+from collections import Counter
 from collections.abc import Callable, Collection, Iterator, Mapping
 from pathlib import Path
 from types import SimpleNamespace
@@ -171,14 +172,13 @@ def _read_mcap(path: Path, wanted: Collection[str]) -> Content:
         summary = reader.get_summary()
         if summary is None:
             raise InputError(f"{path}: the file has no summary, as of a recording that broke off; run 'mcap recover'")
-        encodings = {channel.topic: channel.message_encoding for channel in summary.channels.values()}
-        counts = {topic: 0 for topic, encoding in encodings.items() if encoding in ("cdr", "json")}
-        if not counts:
-            found = ", ".join(sorted(set(encodings.values()))) or "no topic"
-            raise InputError(f"{path}: messages are encoded as {found}; cdr (ROS 2) and json are read")
+        counts: Counter[str] = Counter()
         for number, channel in summary.channels.items():
-            if channel.topic in counts:
+            if channel.message_encoding in ("cdr", "json"):
                 counts[channel.topic] += summary.statistics.channel_message_counts.get(number, 0)
+        if not counts:
+            found = ", ".join(sorted({one.message_encoding for one in summary.channels.values()})) or "no topic"
+            raise InputError(f"{path}: messages are encoded as {found}; cdr (ROS 2) and json are read")
 
         def messages(topic: str) -> Messages:
             return ((one[2].log_time, one[3]) for one in reader.iter_decoded_messages(topics=[topic]))
@@ -188,10 +188,7 @@ def _read_mcap(path: Path, wanted: Collection[str]) -> Content:
 
 def _read_bag(path: Path, wanted: Collection[str]) -> Content:
     """Read a bag of ROS 1 (.bag), or one of ROS 2 (.db3 in its folder)."""
-    highlevel, typesys = (
-        library("rosbags.highlevel", f"{path}: to read it"),
-        library("rosbags.typesys", f"{path}: to read it"),
-    )
+    highlevel, typesys = (library(f"rosbags.{name}", f"{path}: to read it") for name in ("highlevel", "typesys"))
     is_folder = path.suffix == ".db3"
     if is_folder and not (path.parent / "metadata.yaml").exists():
         raise InputError(f"{path}: there is no metadata.yaml beside it; run ros2 bag reindex on its folder")
@@ -248,11 +245,9 @@ def _numbers(content: Any, prefix: str) -> Iterator[tuple[str, NDArray[Any]]]:
             yield prefix, values
 
 
-SHEET = "; save the sheet as CSV"
 HINTS = {
     ".npy": "; save it as NPZ, numpy.savez(FILE, data=ARRAY), of which data[0] is a series",
-    ".xlsx": SHEET,
-    ".xls": SHEET,
+    **dict.fromkeys((".xlsx", ".xls"), "; save the sheet as CSV"),
 }
 """What to do with formats that are not read."""
 

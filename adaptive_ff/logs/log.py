@@ -10,6 +10,7 @@ import re
 import shlex
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from itertools import combinations
 from pathlib import Path
 from types import NoneType
 from typing import Any
@@ -153,14 +154,12 @@ def read_log(
     """
     file = checked_path("path", path)
     given = {"torque": torque, "time": time, "position": position, "velocity": velocity, KNOWN: known_torque}
-    for argument, column in given.items():
-        kinds = str if argument == "torque" else (str, NoneType)
-        check_kind(argument.replace(" ", "_"), column, kinds, "the name of a column")
     for argument, mapping in (("extra", extra), ("scale", scale)):
         check_kind(argument, mapping, (Mapping, NoneType), "by name, such as {'NAME': ...}")
     further, factors = dict(extra or {}), dict(scale or {})
-    for name, column in further.items():
-        check_kind(f"extra[{name!r}]", column, str, "the name of a column")
+    for argument, column in {**given, **{f"extra[{name!r}]": one for name, one in further.items()}}.items():
+        kinds = (str, NoneType) if argument in given and argument != "torque" else str
+        check_kind("known_torque" if argument == KNOWN else argument, column, kinds, "the name of a column")
     for one, other, needed in (
         (position, velocity, "a position or a velocity must be named"),
         (time, period, "a column of time or a period must be given"),
@@ -172,11 +171,9 @@ def read_log(
         if not (math.isfinite(period) and period > 0.0):
             raise InputError(f"{file}: period = {period:g} s is not allowed: it must be positive")
     columns = {role: column for role, column in given.items() if column is not None}
-    roles = {column: role for role, column in reversed(columns.items())}
-    for role, column in columns.items():
-        if roles[column] != role:
-            first = f"the column {column} is given as {roles[column]} and as {role}"
-            raise InputError(f"{file}: {first}; each must have its own")
+    for (first, column), (role, other) in combinations(columns.items(), 2):
+        if column == other:
+            raise InputError(f"{file}: the column {column} is given as {first} and as {role}; each must have its own")
     columns |= {f"extra {name}": column for name, column in further.items()}
     for name, factor in factors.items():
         if name not in columns.values():

@@ -73,13 +73,17 @@ def _friction(found: LogIdentification) -> Figure:
             if found.refined is not None:
                 line = side * values.get("coulomb", 0.0) + values.get("viscous", 0.0) * speeds
                 curves.append((speeds, line + values.get("offset", 0.0), TEXTBOOK))
-    low, high = (float(end) for end in np.quantile(friction, (0.002, 0.998)))
-    margin = 0.15 * (high - low)
     panels = [
-        Panel(f"friction ({unit}), offset included", curves, limits=(low - margin, high + margin)),
-        Panel(f"measured − identified ({unit})", below, [(0.0, MODEL)]),
+        Panel(f"friction ({unit}), offset included", curves, limits=_around(friction)),
+        Panel(f"measured − identified ({unit})", below, [(0.0, MODEL)], limits=_around(residual)),
     ]
     return picture(panels, 6.4, f"velocity ({found.units['velocity']})", source=found.name)[0]
+
+
+def _around(values: Series) -> tuple[float, float]:
+    """Return limits about nearly all values."""
+    low, high = (float(end) for end in np.quantile(values, (0.002, 0.998)))
+    return low - 0.15 * (high - low), high + 0.15 * (high - low)
 
 
 def _map(found: LogIdentification) -> Figure:
