@@ -55,25 +55,17 @@ class Guard:
             return None
         from adaptive_ff.comparison.gate import Gate, read_baseline
 
+        parts = [text.rpartition("=") for text in self.tolerance or []]
         return Gate(
             read_baseline(self.baseline),
             scenario,
             seeds,
-            tolerance=_by_name(self.tolerance or []),
+            tolerance={name.strip() if equals else "default": fraction for name, equals, fraction in parts},
             controllers=self.guard,
             metrics=self.metric,
             across=self.across or (),
             name=str(self.baseline),
         )
-
-
-def _by_name(tolerances: list[str]) -> dict[str, float | str]:
-    """Return tolerances by what they are for."""
-    found: dict[str, float | str] = {}
-    for text in tolerances:
-        name, equals, fraction = text.rpartition("=")
-        found[name.strip() if equals else "default"] = fraction
-    return found
 
 
 def compare_command(

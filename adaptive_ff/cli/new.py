@@ -41,13 +41,6 @@ def new_command(
         raise InputError("--velocity-cutoff and --encoder-side need an --encoder")
     measured = None if encoder is None else Encoder(encoder, velocity_cutoff, encoder_side is Side.MOTOR)
     text = new_scenario_text(
-        inertia,
-        torque,
-        speed,
-        period=1.0 / rate,
-        linear=linear,
-        encoder=measured,
-        gear_ratio=gear_ratio,
-        delay=delay,
+        inertia, torque, speed, period=1.0 / rate, linear=linear, encoder=measured, gear_ratio=gear_ratio, delay=delay
     )
     typer.echo(text, nl=False)

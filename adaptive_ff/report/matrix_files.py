@@ -10,13 +10,7 @@ from matplotlib.figure import Figure
 from adaptive_ff.report.study_pictures import plot_matrix
 from adaptive_ff.report.style import write_figures
 from adaptive_ff.report.table import Table
-from adaptive_ff.report.tables import (
-    MOST_COLUMNS,
-    MOST_ROWS,
-    gains_table,
-    ranking_table,
-    standstill_table,
-)
+from adaptive_ff.report.tables import MOST_COLUMNS, MOST_ROWS, gains_table, ranking_table, standstill_table
 from adaptive_ff.scenario.file import to_toml
 from adaptive_ff.studies.matrix import Results, cell_scenario, collect
 

@@ -7,15 +7,7 @@ from numpy.typing import NDArray
 
 from adaptive_ff.friction.model import GRAVITY, TorqueModel, ripple_names
 from adaptive_ff.scenario.scenario import Scenario
-from plant import (
-    UNCHANGED,
-    JointChange,
-    friction_factor,
-    gravity_torque,
-    heated,
-    phase_change,
-    sliding_friction,
-)
+from plant import UNCHANGED, JointChange, friction_factor, gravity_torque, heated, phase_change, sliding_friction
 
 GRID = 2000  # times at which friction that varies all the time is given, over a run
 
