@@ -9,8 +9,8 @@ SMALLEST_ARC = 1e-8
 """Bounces about rest that are slower than this (rad/s) are taken for rest."""
 
 
-def motion(joint, torque, slope, duration, times):
-    """Velocity of a joint that starts at rest without friction torque, at some times.
+def motion(joint, torque, slope, duration, times, velocity=0.0, friction=0.0):
+    """Velocity of a joint at some times, from a velocity and a friction torque; by default at rest without any.
 
     Parameters
     ----------
@@ -37,7 +37,7 @@ def motion(joint, torque, slope, duration, times):
         return abs(needed(time)) - f.stiction
 
     leaves.terminal, leaves.direction = True, 1.0
-    time, velocity, friction, at_rest = 0.0, 0.0, 0.0, True
+    time, at_rest = 0.0, velocity == 0.0
     while time < duration:
         if at_rest and abs(needed(time)) < f.stiction:
             wait = solve_ivp(lambda t, y: [0.0], (time, duration), [0.0], events=leaves, max_step=0.01)

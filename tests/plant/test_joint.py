@@ -10,12 +10,24 @@ from plant import Joint, JointModel, JointState, step_joint, whole_multiple
 REFERENCE = {"inertia": 20.0, **FRICTION, "stribeck_shape": 1.0, "friction_lag": 0.02, "solver_period": 0.001}
 
 
-def test_longest_solver_period_is_that_of_the_uniqueness_condition():
-    # kappa max(-F') < 1 with tau = 0: h < J/((Fs - Fc)/Vs - sigma) = 20/520
-    accepted = {**REFERENCE, "friction_lag": 0.0, "solver_period": 0.9999 * 20.0 / 520.0}
-    assert JointModel(**accepted).friction_lag == 0.0
+@pytest.mark.parametrize("viscous_backward", [None, 40.0])
+def test_longest_solver_period_is_that_of_the_uniqueness_condition_in_the_steeper_direction(viscous_backward):
+    # kappa max(-F') < 1 with tau = 0: h < J/((Fs - Fc)/Vs - sigma)
+    longest = 20.0 / (30.0 / 0.05 - (viscous_backward or 80.0))
+    accepted = {**REFERENCE, "friction_lag": 0.0, "viscous_backward": viscous_backward}
+    assert JointModel(**{**accepted, "solver_period": 0.9999 * longest}).friction_lag == 0.0
     with pytest.raises(ValidationError, match="is too long"):
-        JointModel(**{**accepted, "solver_period": 1.0001 * 20.0 / 520.0})
+        JointModel(**{**accepted, "solver_period": 1.0001 * longest})
+
+
+def test_braking_distance_of_each_direction_in_closed_form():
+    fields = {"stiction": 60.0, "viscous": 0.0, "coulomb_backward": 30.0, "stiction_backward": 30.0, "offset": 6.0}
+    model = JointModel(**{**REFERENCE, **fields, "friction_lag": 0.0, "solver_period": 1e-4})
+    for velocity, deceleration in ((0.3, 66.0 / 20.0), (-0.3, 24.0 / 20.0)):
+        joint = Joint(model, velocity)
+        assert joint.step(0.0, 1.0) == 0.0
+        expected = math.copysign(0.045 / deceleration, velocity)
+        assert joint.state.position == pytest.approx(expected, abs=0.51 * 1e-4 * 0.3)
 
 
 @pytest.mark.parametrize("lag", [0.0, 0.02])

@@ -110,6 +110,8 @@ def test_presliding_is_rate_independent(kind):
         (CARRIED, "coulomb_backward", 0.0, "coulomb_backward = 0 N m is not allowed for a joint of the kind"),
         (("maxwell", "rolling", "elasto_plastic"), "stribeck_shape", 0.7, "stribeck_shape = 0.7 is not allowed"),
         (KINDS, "stiction", 59.0, "stiction = 59 N m is less than coulomb = 60 N m"),
+        (("stribeck",), "stiction_backward", 59.0, "stiction_backward = 59 N m is less than coulomb_backward = 60 N m"),
+        (("stribeck",), "coulomb_backward", 91.0, "stiction_backward = 90 N m is less than coulomb_backward = 91 N m"),
         (KINDS, "motor", 1.0, "motor"),
     ],
 )

@@ -4,9 +4,9 @@ from unittest.mock import patch
 import numpy as np
 import pytest
 from drawn_joints import mirrored
+from event_driven import motion
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
-from scipy.integrate import solve_ivp
 from stepped_joint import run
 
 from plant import JointParameters, JointState, Stribeck, initial_state, sliding, sliding_friction, step_joint
@@ -30,34 +30,10 @@ def constant(torque, duration, period):
     return np.full(round(duration / period), torque)
 
 
-def exact_motion(joint, velocity, friction_torque, torque, duration):
-    """Velocity after a constant torque, by Runge-Kutta between reversals (never with lag a rest)."""
-    f, lag, time = joint.friction, joint.friction_lag, 0.0
-    while time < duration:
-        pull = torque - (friction_torque if lag > 0.0 else 0.0)
-        if velocity == 0.0 and lag == 0.0 and abs(torque) <= f.stiction:
-            return 0.0, 0.0
-        direction = math.copysign(1.0, velocity if velocity != 0.0 else pull)
-
-        def slope(_, y, direction=direction):
-            speed = direction * y[0]
-            falling = (f.stiction - f.coulomb) * math.exp(
-                -((max(speed, 0.0) / f.stribeck_velocity) ** f.stribeck_shape)
-            )
-            static = direction * (f.coulomb + falling + f.viscous * speed)
-            if lag == 0.0:
-                return [(torque - static) / joint.inertia, 0.0]
-            return [(torque - y[1]) / joint.inertia, (static - y[1]) / lag]
-
-        def reversal(t, y, start=time, direction=direction):
-            return direction * y[0] if t > start else 1.0
-
-        reversal.terminal, reversal.direction = True, -1.0
-        start = [velocity, friction_torque]
-        arc = solve_ivp(slope, (time, duration), start, events=reversal, rtol=1e-11, atol=1e-13, max_step=0.01)
-        time, (velocity, friction_torque) = arc.t[-1], arc.y[:, -1]
-        velocity = 0.0 if arc.status == 1 else velocity
-    return velocity, friction_torque
+def exact_motion(joint, begin, torque, duration):
+    """Velocity after a constant torque, from event to event."""
+    end = np.array([duration])
+    return motion(joint, lambda time: torque, lambda time: 0.0, duration, end, *begin[:2])[0]
 
 
 @pytest.mark.parametrize("direction", [1.0, -1.0])
@@ -100,7 +76,7 @@ def test_lagged_friction_approaches_the_coulomb_level_in_closed_form_with_first_
 def test_sliding_motion_converges_to_that_of_solve_ivp_with_first_order(shape, lag, start, torque):
     joint = symmetric(STRIBECK._replace(stribeck_shape=shape), lag)
     begin = initial_state(joint, start)
-    exact, _ = exact_motion(joint, *begin[:2], torque, 0.3)
+    exact = exact_motion(joint, begin, torque, 0.3)
     errors = [run(joint, begin, constant(torque, 0.3, h), h)[-1, 0] - exact for h in (2e-4, 1e-4)]
     assert abs(errors[1]) < 5e-5
     assert math.log2(errors[0] / errors[1]) == pytest.approx(1.0, abs=0.01)
@@ -112,7 +88,7 @@ def test_sliding_motion_converges_to_that_of_solve_ivp_with_first_order(shape, l
 def test_reversal_follows_solve_ivp_within_the_friction_jump_of_one_step(shape, lag, period):
     joint = symmetric(STRIBECK._replace(stribeck_shape=shape), lag)
     begin = initial_state(joint, 0.2)
-    exact, _ = exact_motion(joint, *begin[:2], -150.0, 0.2)
+    exact = exact_motion(joint, begin, -150.0, 0.2)
     assert exact < -0.5
     velocity = run(joint, begin, constant(-150.0, 0.2, period), period)[-1, 0]
     assert velocity == pytest.approx(exact, abs=2.0 * 90.0 * period / 20.0)
@@ -122,7 +98,7 @@ def test_plan_of_reversal_stop_rest_and_breakaway_follows_solve_ivp():
     velocity, period = 0.2, 1e-5
     state = initial_state(PROMPT, velocity)
     for torque, duration in [(-150.0, 0.2), (0.0, 0.5), (85.0, 0.2), (120.0, 0.3)]:
-        velocity, _ = exact_motion(PROMPT, velocity, 0.0, torque, duration)
+        velocity = exact_motion(PROMPT, (velocity, 0.0), torque, duration)
         state = JointState(*run(PROMPT, state, constant(torque, duration, period), period)[-1])
         assert state.velocity == pytest.approx(velocity, abs=2.0 * 90.0 * period / 20.0)
         assert (state.velocity == 0.0) == (velocity == 0.0) == (torque in (0.0, 85.0))

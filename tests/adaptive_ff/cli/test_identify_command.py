@@ -302,7 +302,7 @@ REFUSALS = [
 
 
 def test_bad_options_are_answered_with_one_line_and_leave_nothing(tmp_path):
-    log = write_log(tmp_path / "log.csv", duration=10.0)
+    log = write_log(tmp_path / "log.csv", duration=4.0)
     before = content_of(tmp_path)
     for options, message in REFUSALS:
         assert message in refusal("identify", log, *options, "--out", tmp_path / "new" / "out")

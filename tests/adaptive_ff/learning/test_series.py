@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 
 from adaptive_ff.friction.model import TorqueModel
 from adaptive_ff.learning.series import series_coefficients, series_regressors, write_physical
+from benchmarks.paper.misprints import coefficients_of, in_other_unit_of_time
 
 JOINT = TorqueModel(20.0, 60.0, 90.0, 80.0, 0.02, 0.05, 1.0)
 PERIOD = 0.01
@@ -23,49 +24,25 @@ MODELS = st.builds(
 PERIODS = st.floats(1e-3, 0.05)
 
 
-def printed_coefficients(model, period):
-    """``a1, a2, b0, b1`` as the paper prints them below (4)."""
-    inertia, lag = model.inertia, model.friction_lag
-    denominator = inertia * lag + inertia * period + model.viscous * period**2
-    return (
-        (inertia * lag + inertia * period) / denominator,
-        inertia * lag / denominator,
-        (period**2 + lag * period**2) / denominator,
-        lag * period**2 / denominator,
-    )
-
-
-def in_other_unit_of_time(model, period, seconds):
-    """The same joint with time counted in units of so many seconds; torques stay in N m, angles in rad."""
-    return (
-        model._replace(
-            inertia=model.inertia / seconds**2,
-            viscous=model.viscous / seconds,
-            friction_lag=model.friction_lag / seconds,
-            stribeck_velocity=model.stribeck_velocity * seconds,
-        ),
-        period / seconds,
-    )
-
-
 @given(MODELS, PERIODS)
 def test_misprint_of_a1_a_joint_without_friction_keeps_its_velocity_only_with_the_corrected_one(model, period):
     free = model._replace(coulomb=0.0, stiction=0.0, viscous=0.0)
     found = series_coefficients(free, period)
     assert found.a1 - found.a2 == pytest.approx(1.0, rel=1e-12)
-    a1, a2, _, _ = printed_coefficients(free, period)
+    a1, a2, *_ = coefficients_of(free, period, "all as printed")
     assert a1 - a2 == pytest.approx(period / (period + free.friction_lag), rel=1e-9)
     assert a1 - a2 < 0.99
 
 
 @given(MODELS, PERIODS, st.sampled_from([1e-3, 60.0]))
 def test_misprints_of_b0_and_b1_their_ratio_depends_on_the_unit_of_time_only_as_printed(model, period, seconds):
-    other = in_other_unit_of_time(model, period, seconds)
+    other = in_other_unit_of_time(model, seconds), period / seconds
     found, again = series_coefficients(model, period), series_coefficients(*other)
     assert again.b1 / again.b0 == pytest.approx(found.b1 / found.b0, rel=1e-12)
     assert found.b1 / found.b0 == pytest.approx(model.friction_lag / (model.friction_lag + period), rel=1e-12)
-    _, _, b0, b1 = printed_coefficients(model, period)
-    _, _, b0_again, b1_again = printed_coefficients(*other)
+    (_, _, b0, b1, *_), (_, _, b0_again, b1_again, *_) = (
+        coefficients_of(*one, "all as printed") for one in ((model, period), other)
+    )
     assert b1 / b0 == pytest.approx(model.friction_lag / (1.0 + model.friction_lag), rel=1e-12)
     assert abs(math.log((b1 / b0) / (b1_again / b0_again))) > 0.5
 
@@ -73,7 +50,7 @@ def test_misprints_of_b0_and_b1_their_ratio_depends_on_the_unit_of_time_only_as_
 @given(MODELS, PERIODS, st.sampled_from([1e-3, 60.0]))
 def test_all_coefficients_scale_as_their_units_say(model, period, seconds):
     found = np.array(series_coefficients(model, period))
-    again = np.array(series_coefficients(*in_other_unit_of_time(model, period, seconds)))
+    again = np.array(series_coefficients(in_other_unit_of_time(model, seconds), period / seconds))
     velocity_per_torque = np.array([1.0, 1.0, seconds, seconds, seconds, seconds])
     assert again == pytest.approx(found * velocity_per_torque, rel=1e-11)
 

@@ -57,73 +57,55 @@ def test_motion_is_read_as_logs_are(tmp_path, lines):
     assert np.ptp(motions[0]) > 0.1
 
 
-@pytest.mark.parametrize("lines", [[], ["", "  ", ",,"]])
-def test_empty_file(tmp_path, lines):
-    assert refusal_of(tmp_path, lines) == "the file is empty; it must have a header line and rows of numbers"
+COLUMNS = ("t,velocity", "time,speed", "time", "0,0.0", "Time,Velocity")
+CELLS = ("nan", "inf", "-inf", "1e400", "", " ", "fast", "0.1 rad/s", "0x10", "1_0", "--1", "None", "\u00bd")
+NUMBER = "is not allowed: it must be a finite number"
+MESSAGES = [
+    *((lines, "the file is empty; it must have a header line and rows of numbers") for lines in ([], ["", "  ", ",,"])),
+    *((GOOD[:rows], f"{rows - 1} rows are not enough for a motion; there must be at least 4") for rows in (1, 2, 4)),
+    *(
+        (with_line(0, one), f"the columns are {one.replace(',', ', ')}; there must be time and velocity or position")
+        for one in COLUMNS
+    ),
+    *((with_line(3, f"40,{cell}"), f"velocity = {cell!r} in row 3 {NUMBER}") for cell in CELLS),
+    *((with_line(3, f"{cell},0.1"), f"time = {cell!r} in row 3 {NUMBER}") for cell in CELLS),
+    (with_line(2, "20"), f"velocity = '' in row 2 {NUMBER}"),
+    ([f"{line},{line.split(',')[1]}" for line in GOOD], "there are 2 columns velocity; there must be one"),
+    *(
+        (lines, f"time = {time} s in row {row} follows {before} s; times must ascend strictly")
+        for lines, time, row, before in (
+            (with_line(3, "20,0.1"), 20, 3, 20),
+            (with_line(3, "19.9,0.1"), 19.9, 3, 20),
+            (with_line(3, "-1e300,0.1"), "-1e+300", 3, 20),
+            (with_line(3, "60,0.1"), 60, 4, 60),
+            (with_line(1, "-1e18,0"), 40, 3, 20),  # too far from the first to be told apart
+            ([GOOD[0], "-1e308,0", "0,0", "1e308,0", "1.1e308,0"], "1.1e+308", 4, "1e+308"),
+        )
+    ),
+]
 
 
-@pytest.mark.parametrize("rows", [0, 1, 3])
-def test_too_few_rows(tmp_path, rows):
-    message = refusal_of(tmp_path, GOOD[: 1 + rows])
-    assert message == f"{rows} rows are not enough for a motion; there must be at least 4"
+@pytest.mark.parametrize(("lines", "message"), MESSAGES)
+def test_lines_that_are_no_motion(tmp_path, lines, message):
+    assert refusal_of(tmp_path, lines) == message
 
 
-@pytest.mark.parametrize("header", ["t,velocity", "time,speed", "time", "0,0.0", "Time,Velocity"])
-def test_missing_column(tmp_path, header):
-    message = refusal_of(tmp_path, with_line(0, header))
-    assert message == f"the columns are {', '.join(header.split(','))}; there must be time and velocity or position"
-
-
-def test_long_header_with_quoted_line_breaks_is_answered_in_one_line(tmp_path):
-    message = refusal_of(tmp_path, with_line(0, ",".join(f'"column\n{i}"' for i in range(100))))
-    assert message.startswith("the columns are column 0, column 1")
+@pytest.mark.parametrize(
+    ("lines", "begin"),
+    [
+        (
+            with_line(2, "20,0,0,1"),
+            "the header has 2 names, but row 2 has 4 cells: ",
+        ),  # as decimal commas would make it
+        (with_line(2, "20,0.1,,7"), "the header has 2 names, but row 2 has 4 cells: "),
+        ([GOOD[0], "-1e308,0", "-1e307,0", "0,0", "1e308,0"], "no smooth curve goes through the values: "),
+        (with_line(0, ",".join(f'"column\n{i}"' for i in range(100))), "the columns are column 0, column 1"),
+    ],
+)
+def test_message_of_long_lines_is_short(tmp_path, lines, begin):
+    message = refusal_of(tmp_path, lines)
+    assert message.startswith(begin)
     assert len(message) < 200
-
-
-@pytest.mark.parametrize(
-    "cell", ["nan", "inf", "-inf", "1e400", "", " ", "fast", "0.1 rad/s", "0x10", "1_0", "--1", "None", "\u00bd"]
-)
-def test_cell_that_is_no_finite_number(tmp_path, cell):
-    message = refusal_of(tmp_path, with_line(3, f"40,{cell}"))
-    assert message == f"velocity = {cell!r} in row 3 is not allowed: it must be a finite number"
-    message = refusal_of(tmp_path, with_line(3, f"{cell},0.1"))
-    assert message == f"time = {cell!r} in row 3 is not allowed: it must be a finite number"
-
-
-def test_row_that_is_too_short(tmp_path):
-    message = refusal_of(tmp_path, with_line(2, "20"))
-    assert message == "velocity = '' in row 2 is not allowed: it must be a finite number"
-
-
-@pytest.mark.parametrize("line", ["20,0,0,1", "20,0.1,,7"])  # the first as decimal commas would make it
-def test_row_that_is_too_long(tmp_path, line):
-    assert refusal_of(tmp_path, with_line(2, line)).startswith("the header has 2 names, but row 2 has 4 cells: ")
-
-
-def test_column_that_is_there_twice(tmp_path):
-    lines = [f"{line},{line.split(',')[1]}" for line in GOOD]
-    assert refusal_of(tmp_path, lines) == "there are 2 columns velocity; there must be one"
-
-
-@pytest.mark.parametrize(
-    ("time", "row", "before"), [("20", 3, "20"), ("19.9", 3, "20"), ("-1e300", 3, "20"), ("60", 4, "60")]
-)
-def test_times_that_do_not_ascend(tmp_path, time, row, before):
-    message = refusal_of(tmp_path, with_line(3, f"{time},0.1"))
-    after = "60" if row == 4 else f"{float(time):g}"
-    assert message == f"time = {after} s in row {row} follows {before} s; times must ascend strictly"
-
-
-def test_times_that_are_too_far_from_the_first_to_be_told_apart(tmp_path):
-    message = refusal_of(tmp_path, [GOOD[0], "-1e18,0", *GOOD[2:]])
-    assert message == "time = 40 s in row 3 follows 20 s; times must ascend strictly"
-
-
-def test_times_that_span_more_than_floating_point(tmp_path):
-    message = refusal_of(tmp_path, [GOOD[0], "-1e308,0", "0,0", "1e308,0", "1.1e308,0"])
-    assert message == "time = 1.1e+308 s in row 4 follows 1e+308 s; times must ascend strictly"
-    message = refusal_of(tmp_path, [GOOD[0], "-1e308,0", "-1e307,0", "0,0", "1e308,0"])
-    assert message.startswith("no smooth curve goes through the values: ")
 
 
 @pytest.mark.parametrize("content", [b"\xff\xfe\x00\xd8t\x00i\x00", b"time,velocity\n0,\xe9\n", b"x" * 200_000])
