@@ -213,10 +213,9 @@ def without_missing_values(log: Log) -> Done:
     """Leave out rows in which a column has no finite number, where few follow each other; longer stretches stay."""
     missing = {_called(log, role): ~np.isfinite(values) for role, values in log.series.items()}
     left = bridged(log.time, np.any(list(missing.values()), axis=0), TUNING.missing)
-    numbers = {name: int(np.sum(left & lacking)) for name, lacking in missing.items()}
-    lacking = [f"{name}, {counted(number, 'time')}" for name, number in numbers.items() if number]
-    columns = lacking[0].rpartition(",")[0] if len(lacking) == 1 else " and ".join(lacking)
-    return left_out(log, left, f"no finite number in {columns}")
+    numbers = {name: int(np.sum(left & one)) for name, one in missing.items() if np.any(left & one)}
+    each = [f"{name}, {counted(number, 'time')}" for name, number in numbers.items()]
+    return left_out(log, left, f"no finite number in {' and '.join(each if each[1:] else numbers)}")
 
 
 def lacking_column(log: Log) -> str:
@@ -266,11 +265,11 @@ def at_limit(log: Log) -> Done:
         return log, []
     frequent = np.max(np.unique(known[between & (known != 0.0)], return_counts=True)[1], initial=0)
     stays = {end: sum(b - a for a, b in runs(known == end) if b - a >= 3) for end in (low, high) if end != 0.0}
-    ends = {end: count for end, count in stays.items() if count > TUNING.often * frequent}
+    ends = {end: count for end, count in sorted(stays.items()) if count > TUNING.often * frequent}
     fraction = sum(ends.values()) / known.size
     if fraction < TUNING.at_limit or np.mean((known[1:] != known[:-1])[between[1:]]) < TUNING.changing:
         return log, []
-    shown = " or ".join(f"{end:.4g}" for end in sorted(ends))
+    shown = " or ".join(f"{end:.4g}" for end in ends)
     return log, [
         f"the torque is exactly {shown} in {100.0 * fraction:.0f} % of the rows: if what records it cuts it off there, "
         "inertia and friction come out wrong; if it is the limit of the drive and the column is what acted, they do not"

@@ -27,18 +27,14 @@ FORTRAN = re.compile(r"([-+]?(?:\d+\.?\d*|\.\d+))[dD]([-+]?\d+)")  # a number of
 
 
 class Layout(NamedTuple):
-    """How a table is written.
+    """How a table is written."""
 
-    Names of its columns, separator (empty for blanks), whether decimals have a comma, lines before the first row, units
-    by column of a row below the header, and whether there is a header.
-    """
-
-    names: list[str]
-    separator: str
-    comma: bool
-    skipped: int
-    units: dict[str, str]
-    is_headed: bool
+    names: list[str]  # of its columns
+    separator: str  # empty for blanks
+    comma: bool  # whether decimals have a comma
+    skipped: int  # lines before the first row
+    units: dict[str, str]  # by column, of a row below the header
+    is_headed: bool  # whether there is a header
 
 
 @contextmanager
@@ -97,20 +93,20 @@ def _opened(path: Path) -> TextIO:
 
 def _layout(path: Path, *, has_header: bool = False) -> Layout:
     """Look at the first lines of a file; where it need not have a header, a first line of numbers is none."""
-    comment, lines, ends = "", [""], [0]  # of each line that is looked at, the lines of the file until its end
+    lines: list[str] = []
+    comment, ends = "", []  # of each line that is looked at, the lines of the file until its end
     with _opened(path) as stream:
         for number, line in enumerate(stream, 1):
-            goes_on = len(lines) == 2 and lines[-1].count('"') % 2 == 1  # a quoted name
-            if not goes_on and (not line.strip() or line.lstrip().startswith(COMMENT)):
-                comment = comment if lines[1:] else line.strip().lstrip(COMMENT).strip() or comment
-            elif goes_on:
-                lines[-1], ends[-1] = lines[-1] + line, number
-            elif len(lines) <= LOOKED_AT:
+            if len(lines) == 1 and lines[0].count('"') % 2 == 1:  # a quoted name goes on
+                lines, ends = [lines[0] + line], [number]
+            elif not line.strip() or line.lstrip().startswith(COMMENT):
+                comment = comment if lines else line.strip().lstrip(COMMENT).strip() or comment
+            elif len(lines) < LOOKED_AT:
                 lines, ends = [*lines, line], [*ends, number]
             else:
                 break
-    separator = _separator(lines[1]) if lines[1:] else ""
-    first, *rows = [_cells(line, separator) for line in lines[1:]] or [[]]
+    separator = _separator(lines[0]) if lines else ""
+    first, *rows = [_cells(line, separator) for line in lines] or [[]]
     if not any(first):
         raise InputError(f"{path}: the file is empty; it must have a header line and rows of numbers")
     if max(map(len, first)) > csv.field_size_limit():
@@ -120,16 +116,16 @@ def _layout(path: Path, *, has_header: bool = False) -> Layout:
         known = [[_is_number(cell, comma) for cell in row if cell.lower() not in UNKNOWN] for row in rows]
         has_units = not has_header and len(rows) == 2 and known[0] != [] and not any(known[0]) and any(known[1])
         units = {name: unit for name, unit in zip(first, rows[0], strict=False) if unit} if has_units else {}
-        return Layout(first, separator, comma, ends[1 + has_units], units, is_headed=True)
+        return Layout(first, separator, comma, ends[has_units], units, is_headed=True)
     names = _cells(comment, _separator(comment))
     names = names if len(names) == len(first) else list(map(str, range(len(first))))
-    return Layout(names, separator, comma, ends[0], {}, is_headed=False)
+    return Layout(names, separator, comma, 0, {}, is_headed=False)
 
 
 def _separator(line: str) -> str:
     """Return what is between the cells of a line: of numbers with decimal commas, no comma."""
-    for separator in (";", "\t", ""):
-        cells = _cells(line, separator) if separator in line else []
+    for separator in filter(line.__contains__, (";", "\t", "")):
+        cells = _cells(line, separator)
         whole = all(cell == "" or (cell[0] != "," != cell[-1] and _is_number(cell, True)) for cell in cells)
         if len(cells) > 1 and whole and any(map(_is_decimal, cells)):
             return separator
