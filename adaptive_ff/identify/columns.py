@@ -94,7 +94,7 @@ def unit_torques(rows: Rows, names: tuple[str, ...], shape: Shape, place: Map) -
         lagged(column, rows.period, shape.friction_lag) if name in VISCOUS else column
         for name, column in zip(names, columns, strict=True)
     ]
-    return rows.filtered(np.column_stack(columns))[rows.slides]
+    return np.asarray(rows.in_band(np.column_stack(columns))[rows.kept])
 
 
 def static_friction(velocity: Array, values: dict[str, float], shape: Shape) -> Array:

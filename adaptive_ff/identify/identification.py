@@ -7,11 +7,10 @@ import numpy as np
 
 from adaptive_ff.errors import InputError, check_kind, check_positive
 from adaptive_ff.identify.columns import ASYMMETRY, TEXTBOOK, Map, Shape
-from adaptive_ff.identify.motion import Array
 from adaptive_ff.identify.preparation import Prepared, prepare
-from adaptive_ff.identify.regression import Folds, Model
+from adaptive_ff.identify.regression import NOT_NEGATIVE, Model
 from adaptive_ff.identify.result import LogIdentification, Recording
-from adaptive_ff.identify.selection import COLLINEAR, Selection, select
+from adaptive_ff.identify.selection import Selection, select
 from adaptive_ff.identify.units import LINEAR, ROTARY, of_current
 from adaptive_ff.learning.confidence import check_confidence
 from adaptive_ff.logs.columns import in_degrees
@@ -77,7 +76,7 @@ def identify_log(
         Another log of the joint to validate on.
     torque_delay : float, optional
         Time after its stamp at which a torque acts, s: half a sample time where the torque is held until the next row.
-        Where it is not given, half a sample time counts in the intervals, as far as the log leaves it open.
+        Where it is not given, a late torque is one of the models that the estimates are averaged over.
     linear : bool, optional
         Whether the joint is a linear axis, in m and N.
     is_current : bool, optional
@@ -105,8 +104,8 @@ def identify_log(
     linear, is_current = checked_switch("linear", linear), checked_switch("is_current", is_current)
     check_kind("position_periods", position_periods, Iterable, "a sequence of periods")
     _check_map(log, tuple(position_periods), position_hats, checked_switch("load_friction", load_friction))
-    fitted, kept = _divided(log, held_out if validation is None else 0.0)
-    prepared = prepare(fitted, bandwidth=bandwidth, torque_delay=torque_delay, linear=linear)
+    used = log.time.size if validation is not None else round((1.0 - held_out) * log.time.size)
+    prepared = prepare(log.part(slice(None, used)), bandwidth=bandwidth, torque_delay=torque_delay, linear=linear)
     ends = float(np.min(prepared.position)), float(np.max(prepared.position))
     place = Map(tuple(position_periods), position_hats, *(ends if ends[1] > ends[0] else (ends[0], ends[0] + 1.0)))
     data = prepared._replace(place=place, has_known=load_friction)
@@ -116,19 +115,18 @@ def identify_log(
     best = selection.refined or selection.textbook
     units = LINEAR if linear else ROTARY
     said = [*data.said, *in_degrees(data.log, float(np.max(np.abs(data.velocity))), linear=linear)]
-    other, error, name = kept if validation is None else validation, None, ""
-    if other is not None:
-        measured = prepare(other, bandwidth=data.band, torque_delay=torque_delay, linear=linear)
+    error, name = None, ""
+    if validation is not None or held_out:
+        measured = prepare(
+            validation or log.part(slice(used, None)), bandwidth=data.band, torque_delay=torque_delay, linear=linear
+        )
         error = measured._replace(place=place).left(best)
         name = "the end of the log" if validation is None else validation.name
         said += [] if validation is None else [f"{name}: {sentence}" for sentence in measured.said]
     return LogIdentification(
         name=log.name,
         units=of_current(units) if is_current else units,
-        textbook=selection.textbook,
-        refined=selection.refined,
-        taken=selection.taken,
-        unidentified=_unidentified(selection),
+        **selection._asdict(),
         confidence=confidence,
         bandwidth=data.band,
         period=data.period,
@@ -175,56 +173,26 @@ SAYS = {
 """What to record where a parameter is not identifiable, by its reason."""
 
 
-def _unidentified(selection: Selection) -> dict[str, str]:
-    """Return the textbook's parameters that the motion does not determine, with the reason."""
-    names, tolerance = selection.textbook.model.names, selection.tolerance
-    found = {}
-    if "coulomb" not in names:
-        found["coulomb"] = "one_way"
-    if "viscous" not in names:
-        found["viscous"] = "one_speed"
-    if "inertia" not in names:
-        found["inertia"] = "no_acceleration"
-    elif tolerance.get("inertia_beside_gravity", 1.0) < COLLINEAR and "gravity_sine" not in names:
-        found["inertia"] = "one_sine"
-    return found
-
-
 def _check_plausible(log: Log, data: Prepared, selection: Selection) -> None:
     """Refuse a torque that has nothing to do with the motion, and one of the wrong sign."""
-    textbook = selection.textbook
-    folds = data.fit(textbook.model)
-    free = dict(zip(textbook.model.names, folds.solve(bounded=False).tolist(), strict=True))
-    inertia, speed = free.get("inertia", 0.0), np.abs(data.velocity)
-    dissipated = free.get("coulomb", 0.0) * np.mean(speed) + free.get("viscous", 0.0) * np.mean(speed**2)
-    if ((inertia < 0.0 and dissipated < 0.0) or (inertia <= 0.0 and free.get("coulomb", 0.0) < 0.0)) and _explained(
-        folds, data.torque
-    ) > EXPLAINED:
+    best = selection.refined or selection.textbook
+    model = selection.textbook.model
+    values = data.fit(model).solve(bounded=False)
+    free = dict.fromkeys(NOT_NEGATIVE, 0.0) | dict(zip(model.names, values.tolist(), strict=True))
+    speed = np.abs(data.velocity)
+    dissipated = free["coulomb"] * np.mean(speed) + free["viscous"] * np.mean(speed**2)
+    backward = free["inertia"] < 0.0 and dissipated < 0.0
+    backward = backward or (free["inertia"] <= 0.0 and free["coulomb"] < 0.0)
+    if backward and np.var(data.torque - data.columns(*model) @ values) < (1.0 - EXPLAINED) * np.var(data.torque):
         raise InputError(
             f"{log.name}: friction would drive the joint and inertia be negative: torque and motion have opposite "
             f"signs, or their columns are exchanged: {log.scaling('torque', '-1')}, or name the others"
         )
-    best = selection.refined or textbook
     if best.left > UNEXPLAINED:
         raise InputError(
             f"{log.name}: the motion explains {100.0 * max(0.0, 1.0 - best.left**2):.0f} % of the torque: it is not "
             "that of the drive of this joint, or other forces are larger (give what is known with --known-torque)"
         )
-
-
-def _explained(folds: Folds, torque: Array) -> float:
-    """Return the fraction of the torque's variance that unbounded least squares explains."""
-    values = folds.solve(bounded=False)
-    left = folds.power.sum() - 2.0 * values @ folds.moment.sum(axis=0) + values @ folds.gram.sum(axis=0) @ values
-    return 1.0 - float(left) / max(float(np.sum((torque - np.mean(torque)) ** 2)), 1e-300)
-
-
-def _divided(log: Log, fraction: float) -> tuple[Log, Log | None]:
-    """Return the log to fit, and its end that is held out."""
-    if fraction == 0.0:
-        return log, None
-    middle = round((1.0 - fraction) * log.time.size)
-    return log.part(slice(None, middle)), log.part(slice(middle, None))
 
 
 def _check_map(log: Log, periods: tuple[float, ...], hats: int, load: bool) -> None:

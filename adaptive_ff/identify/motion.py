@@ -6,6 +6,8 @@ torques that follow from it are then filtered like the torque.
 """
 
 import math
+from collections.abc import Callable
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -17,7 +19,6 @@ from controllers.arrays import NDArray
 from controllers.checks import check_numbers
 
 Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 
 class Tuning(NamedTuple):
@@ -191,30 +192,22 @@ def _rounding(values: Array) -> float:
     return step**2 / 12.0 * max(1.0, 0.5 / passed)
 
 
-class Filter(NamedTuple):
-    """A zero-phase low-pass: second-order sections, and samples by which a series is continued at both ends."""
-
-    sections: Array
-    padding: int
-
-    def __call__(self, values: Array) -> Array:
-        """Return the filtered series, or columns."""
-        padding = min(self.padding, values.shape[0] - 1)
-        filtered: Array = scipy.signal.sosfiltfilt(self.sections, values, axis=0, padlen=padding)
-        return filtered
-
-
-def lowpass(corner: float, period: float) -> Filter:
-    """Return the low-pass of a corner, Hz, at which its gain is a half."""
+def lowpass(corner: float, period: float) -> Callable[[Array], Array]:
+    """Return the zero-phase low-pass of a corner, Hz, at which its gain is a half; it takes a series, or columns."""
     sections = scipy.signal.butter(TUNING.order, min(corner, 0.49 / period), fs=1.0 / period, output="sos")
-    return Filter(sections, math.ceil(2.0 / (corner * period)))
+    return partial(_lowpass, sections, math.ceil(2.0 / (corner * period)))
+
+
+def _lowpass(sections: Array, padding: int, values: Array) -> Array:
+    size = min(padding, values.shape[0] - 1)
+    return np.asarray(scipy.signal.sosfiltfilt(sections, values, axis=0, padlen=size))
 
 
 class Rows(NamedTuple):
-    """A segment at the working rate (s), behind the wide filter, and which rows of it are regressed.
+    """A segment at the working rate (s), behind the wide filter, and which samples are rows of the regression.
 
-    ``narrow`` is the band's filter, None without one; ``kept`` are the samples that are rows, and ``slides`` those of
-    them without standstill, which is below ``slow`` (rad/s); ``noise`` is that of the velocity, rad/s.
+    ``narrow`` is the band's filter, None without one; ``kept`` are the samples that are rows, those without standstill,
+    which is below ``slow`` (rad/s), of the ``inner`` ones, away from both ends; ``noise`` is the velocity's, rad/s.
     """
 
     period: float
@@ -223,20 +216,15 @@ class Rows(NamedTuple):
     velocity: Array
     torque: Array
     known: Array
-    narrow: Filter | None
+    narrow: Callable[[Array], Array] | None
     kept: NDArray[np.int64]
-    slides: Mask
+    inner: slice
     slow: float
     noise: float
 
     def in_band(self, values: Array) -> Array:
         """Return a series, or columns, in the band."""
         return values if self.narrow is None else self.narrow(values)
-
-    def filtered(self, values: Array) -> Array:
-        """Return a series in the band at the rows."""
-        result: Array = self.in_band(values)[self.kept]
-        return result
 
     def between(self, still: float = 0.0) -> Array:
         """Return the velocity between samples, before the first and after the last; zero where slower than a speed."""
@@ -245,8 +233,7 @@ class Rows(NamedTuple):
 
     def unfiltered(self) -> "Rows":
         """Return every sample as a row, as it is."""
-        everything = np.arange(self.time.size)
-        return self._replace(narrow=None, kept=everything, slides=everything >= 0)
+        return self._replace(narrow=None, kept=np.arange(self.time.size))
 
 
 def derivative(values: Array, period: float) -> Array:
@@ -274,10 +261,11 @@ def make_rows(segment: Segment, band: float, noise: Noise, fast: float) -> Rows:
     stands = narrow((np.abs(velocity) < slow).astype(float))
     edge = min(math.ceil(TUNING.edge_cycles / (band * step)), max(1, position.size // 4))
     apart = max(1, int(1.0 / (TUNING.rows_in_cycle * band * step)))
-    kept = np.arange(edge, position.size - edge, apart)
+    places = np.arange(edge, position.size - edge, apart)
+    kept = places[stands[places] < TUNING.standstill_fraction]
     time: Array = (segment.start + step * np.arange(position.size)).astype(np.float64)
-    slides = stands[kept] < TUNING.standstill_fraction
-    return Rows(step, time, position, velocity, torque, known, narrow, kept, slides, slow, scatter)
+    inner = slice(edge, position.size - edge)
+    return Rows(step, time, position, velocity, torque, known, narrow, kept, inner, slow, scatter)
 
 
 def even(time: Array, values: Array, grid: Array) -> Array:

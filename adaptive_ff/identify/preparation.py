@@ -153,8 +153,8 @@ def _filtered(name: str, segments: list[Segment], band: float, found: Spectrum) 
     if not fast > 0.0:
         raise InputError(f"{name}: nothing moves; the joint must move to be identified")
     enough = [one for one in segments if one.position.size * one.period > 4.0 / band]
-    rows = [made for made in (make_rows(one, band, found.noise, fast) for one in enough) if made.slides.any()]
-    count = sum(int(made.slides.sum()) for made in rows)
+    rows = [made for made in (make_rows(one, band, found.noise, fast) for one in enough) if made.kept.size]
+    count = sum(made.kept.size for made in rows)
     if count < FEWEST_ROWS:
         raise InputError(
             f"{name}: the joint slides in {counted(count, 'row')} of the band of {band:.3g} Hz only; there must be "
@@ -162,14 +162,11 @@ def _filtered(name: str, segments: list[Segment], band: float, found: Spectrum) 
         )
     cycles = count / (TUNING.rows_in_cycle * band) * found.slow
     folds = min(int(np.clip(cycles, *FOLDS)), max(4, count // 12))
-    series = {
-        "torque": [made.filtered(made.torque) for made in rows],
-        **{one: [getattr(made, one)[made.kept] for made in rows] for one in ("velocity", "position", "time")},
-    }
     joined = {
-        one: np.concatenate([part[made.slides] for part, made in zip(parts, rows, strict=True)])
-        for one, parts in series.items()
+        name: np.concatenate([getattr(made, name)[made.kept] for made in rows])
+        for name in ("velocity", "position", "time")
     }
+    joined["torque"] = np.concatenate([made.in_band(made.torque)[made.kept] for made in rows])
     return {"rows": rows, "fold": np.arange(count) * folds // count, "band": band, "fast": fast, **joined}
 
 

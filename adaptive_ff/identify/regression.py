@@ -133,30 +133,29 @@ def solve(gram: Array, moment: Array, names: tuple[str, ...], *, bounded: bool =
     return np.asarray(values / scale)
 
 
-def left_out_errors(folds: Folds) -> Array:
-    """Return the mean square error in each fold of the model that was fitted to the others."""
-    gram, moment = folds.clean.sum(axis=0), folds.moment.sum(axis=0)
-    errors = []
-    for clean, whole, right, power, count in zip(
-        folds.clean, folds.gram, folds.moment, folds.power, folds.rows, strict=True
-    ):
-        values = solve(gram - clean, moment - right, folds.names)
-        errors.append(max(0.0, power - 2.0 * values @ right + values @ whole @ values) / count)
-    return np.array(errors)
-
-
 def bounded(names: tuple[str, ...], values: Array) -> Array:
     """Return values of parameters; what cannot be negative is not."""
     return np.where([name in NOT_NEGATIVE for name in names], np.maximum(values, 0.0), values)
 
 
-def spread(folds: Folds) -> Array:
-    """Return the covariance that leaving out each fold in turn tells (B. Efron 1982): that of repetition."""
+def _without_each(folds: Folds, *, bounded: bool) -> Array:
+    """Return the estimates without each fold in turn, a row a fold."""
     gram, moment = folds.clean.sum(axis=0), folds.moment.sum(axis=0)
     pairs = zip(folds.clean, folds.moment, strict=True)
-    each = np.array([solve(gram - own, moment - right, folds.names, bounded=False) for own, right in pairs])
-    apart = each - each.mean(axis=0)
-    return np.asarray((len(each) - 1) / len(each) * apart.T @ apart)
+    return np.array([solve(gram - own, moment - right, folds.names, bounded=bounded) for own, right in pairs])
+
+
+def left_out_errors(folds: Folds) -> Array:
+    """Return the mean square error in each fold of the model that was fitted to the others."""
+    each = _without_each(folds, bounded=True)
+    fitted = np.einsum("ki,kij,kj->k", each, folds.gram, each) - 2.0 * np.sum(each * folds.moment, axis=1)
+    return np.asarray(np.maximum(0.0, folds.power + fitted) / folds.rows)
+
+
+def spread(folds: Folds) -> Array:
+    """Return the covariance that leaving out each fold in turn tells (B. Efron 1982): that of repetition."""
+    each = _without_each(folds, bounded=False)
+    return np.asarray(np.cov(each.T, ddof=0) * (len(each) - 1)).reshape(each.shape[1], -1)
 
 
 def quantile(folds: int, confidence: float) -> float:

@@ -27,9 +27,6 @@ WIDE = 0.25
 NEEDED = ("inertia", "coulomb", "viscous")
 """What a simulated joint needs."""
 
-BEND = ("stribeck_velocity",)
-"""What the fall of friction from standstill adds."""
-
 
 class Recording(NamedTuple):
     """Rows of the log in its band: time (s), position (rad), velocity (rad/s), torque and the model's torque (N m)."""
@@ -132,10 +129,11 @@ class LogIdentification(Reported):
 
         Of a curve that dips at low speed Coulomb and viscous friction are the textbook's, as no simulated joint dips.
         """
-        if self.value("stiction_excess") >= 0.0 and self.value("coulomb") >= 0.0:
-            return self.best.parameters
-        dip = {name: one for name, one in self.best.parameters.items() if name not in ("stiction_excess", *BEND)}
-        return dip | {name: self.parameters[name] for name in ("coulomb", "viscous") if name in self.parameters}
+        found = dict(self.best.parameters)
+        if self.value("stiction_excess") < 0.0:
+            del found["stiction_excess"], found["stribeck_velocity"]
+            found |= {name: one for name, one in self.parameters.items() if name in ("coulomb", "viscous")}
+        return found
 
     @property
     def source(self) -> str:
@@ -145,9 +143,9 @@ class LogIdentification(Reported):
     @property
     def given(self) -> list[str]:
         """Parameters of a controller that the log does not identify: they are given, or assumed."""
-        found = self.joint_parameters
-        known = {*found, *(["stiction"] if "stiction_excess" in found else [])}
-        return [name for name in (*NEEDED, "offset", "stiction", "friction_lag", *BEND) if name not in known]
+        known = {"stiction" if name == "stiction_excess" else name for name in self.joint_parameters}
+        wanted = (*NEEDED, "offset", "stiction", "friction_lag", "stribeck_velocity")
+        return [name for name in wanted if name not in known]
 
     @property
     def identified(self) -> list[str]:
@@ -197,31 +195,32 @@ class LogIdentification(Reported):
 
     def to_dict(self) -> dict[str, Any]:
         """Return everything but the series as plain values: textbook parameters by name, ``refined`` beside them."""
-        result: dict[str, Any] = {"name": self.name, "units": self.units}
-        result |= {name: self._entry(name, one) for name, one in self.parameters.items()}
-        best = self.refined
-        result["refined"] = (
-            None
-            if best is None
-            else {
-                "taken": list(self.taken),
-                **{name: self._entry(name, one) for name, one in best.parameters.items()},
-                "left": best.left,
-            }
-        )
-        result |= {"left": self.textbook.left, "confidence": self.confidence, "verdict": self.grade}
-        result["given"], result["identified"] = self.given, self.identified
-        result["unidentified"], result["vague"] = self.unidentified, self.vague
-        result["narrowed_by"] = {
-            name: {"motion": kind, "times": ratio} for name, (kind, ratio) in self.narrowed_by.items()
+        refined = self.refined and {
+            "taken": list(self.taken),
+            **{name: self._entry(name, one) for name, one in self.refined.parameters.items()},
+            "left": self.refined.left,
         }
-        result["validation"] = None if self.validation is None else {"on": self.validated_on, "left": self.validation}
-        result["friction"] = {name: series.tolist() for name, series in self.friction_points().items()}
-        result["bandwidth"], result["period"] = self.bandwidth, self.period
-        result["samples"] = {"log": self.samples, "used": self.used}
-        result["skipped"] = [skip._asdict() for skip in self.skipped]
-        result["warnings"] = self.cautions
-        return result
+        return {
+            "name": self.name,
+            "units": self.units,
+            **{name: self._entry(name, one) for name, one in self.parameters.items()},
+            "refined": refined,
+            "left": self.textbook.left,
+            "confidence": self.confidence,
+            "verdict": self.grade,
+            "given": self.given,
+            "identified": list(self.best.values),
+            "unidentified": self.unidentified,
+            "vague": self.vague,
+            "narrowed_by": {name: {"motion": kind, "times": by} for name, (kind, by) in self.narrowed_by.items()},
+            "validation": None if self.validation is None else {"on": self.validated_on, "left": self.validation},
+            "friction": {name: series.tolist() for name, series in self.friction_points().items()},
+            "bandwidth": self.bandwidth,
+            "period": self.period,
+            "samples": {"log": self.samples, "used": self.used},
+            "skipped": [skip._asdict() for skip in self.skipped],
+            "warnings": self.cautions,
+        }
 
     def _entry(self, name: str, one: Parameter) -> dict[str, Any]:
         return {**one._asdict(), "unit": unit_of(self.units, name)}

@@ -124,12 +124,11 @@ def _joint(found: LogIdentification, model: TorqueModel, period: float) -> dict[
     if model.presliding > 0.0 and model.coulomb > 0.0:  # bristles of the LuGre model
         bristles = {"kind": "lugre", "stiffness": model.coulomb / model.presliding, "damping": 0.0}
         for finer in SOLVER_TIMES:
-            made = _all_rounded(joint | bristles | {"solver_period": step / finer})
+            made = {**joint, **bristles, "solver_period": step / finer}
             with suppress(ValueError):
-                LuGreJoint(**made)
+                LuGreJoint(**{name: _rounded(value) for name, value in made.items()})
                 return made
-    joint |= {"friction_lag": found.value("friction_lag"), "solver_period": step}
-    return _all_rounded(joint)
+    return {**joint, "friction_lag": found.value("friction_lag"), "solver_period": step}
 
 
 def _beside_friction(found: LogIdentification) -> tuple[dict[str, Any], dict[str, Any]]:
@@ -165,10 +164,6 @@ def _beside_friction(found: LogIdentification) -> tuple[dict[str, Any], dict[str
         size, period = max(waves["force"])
         simulated["actuator"] = {"ripple_amplitude": size, "ripple_period": period}
     return learnt, simulated
-
-
-def _all_rounded(table: dict[str, Any]) -> dict[str, Any]:
-    return {name: _rounded(value) for name, value in table.items()}
 
 
 def _rounded(value: Any) -> Any:

@@ -1,17 +1,19 @@
-"""Which model a log shows: the textbook's first, refined only where what was left out of the fit says so."""
+"""Which model a log shows: the textbook's first, refined only where what was left out of the fit says so.
+
+Intervals are those that repetition would show: the spread over folds. The textbook's parameters are averaged over the
+models that were tried.
+"""
 
 import math
 from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
-from scipy import optimize
 
-from adaptive_ff.identify.averaging import averaged, estimated, with_intervals
-from adaptive_ff.identify.columns import CARRIED, GRAVITY, Shape, is_friction
+from adaptive_ff.identify.columns import ASYMMETRY, CARRIED, GRAVITY, Shape, is_friction
 from adaptive_ff.identify.motion import Array
 from adaptive_ff.identify.preparation import Prepared, narrowed
-from adaptive_ff.identify.regression import Fit, Model, left_out_errors
+from adaptive_ff.identify.regression import Fit, Model, Parameter, bounded, left_out_errors, quantile, spread
 
 
 class Rule(NamedTuple):
@@ -28,9 +30,6 @@ class Rule(NamedTuple):
 REFINEMENT, WEIGHT = Rule(1.5, 0.1), Rule(0.7, 0.03)
 """For refinements, and for gravity, which most rotary joints have."""
 
-DIFFERENT = REFINEMENT._replace(gain=0.0)
-"""For models that only count in the intervals."""
-
 LAGS = (0.02, 0.04, 0.08, 0.16, 0.3, 0.6)
 """Friction lags that are tried, in cycles of the band."""
 
@@ -40,20 +39,24 @@ PATHS = (0.002, 0.008, 0.03)
 SPEEDS = (0.02, 0.04, 0.08, 0.15, 0.3)
 """Stribeck velocities that are tried, over the usual speed."""
 
-NEAR = 0.4
-"""Logarithm of the factor within which a shape is looked for around the best tried one."""
+COLLINEAR = 1e-3
+"""Fraction of a column that the others must leave for its parameter to be identifiable."""
+
+STEPS = 2
+"""Gauss-Newton steps of a shape from the best tried one."""
+
+
+NEAR = 0.2
+"""Logarithm of the largest factor by which a step changes a number of the shape."""
 
 
 class Selection(NamedTuple):
-    """The textbook's model, that with the refinements that were taken, and what each textbook column has of its own.
-
-    The tolerance is the fraction of a column that the others do not explain, gravity's among them on a rotary axis.
-    """
+    """The textbook's model, that with the refinements that were taken, and what is not identifiable, with why."""
 
     textbook: Fit
     refined: Fit | None
     taken: tuple[str, ...]
-    tolerance: dict[str, float]
+    unidentified: dict[str, str]
 
 
 def is_better(old: Array, new: Array, rule: Rule) -> bool:
@@ -77,19 +80,13 @@ def refinements(data: Prepared, model: Model) -> Iterator[tuple[str, Model]]:
             yield "stribeck", Model((*names, "stiction_excess"), shape._replace(stribeck_velocity=fraction * fast))
     if "coulomb" in names and "load_friction" not in names:
         yield "load", Model((*names, "load_friction"), shape._replace(load=data.load))
-    for kind, further in _linear(data, model):
+    maps = {kind: tuple(f"{kind}_{name}" for name in data.place.names) for kind in ("friction", "force")}
+    linear = {"force over position": maps["force"], "delay": () if data.delay_known else ("torque_delay",)}
+    if "coulomb" in names:
+        linear |= {"directions": (ASYMMETRY,), "friction over position": maps["friction"]}
+    for kind, further in linear.items():
         if further and not set(further) <= set(names):
             yield kind, Model((*names, *further), shape)
-
-
-def _linear(data: Prepared, model: Model) -> Iterator[tuple[str, tuple[str, ...]]]:
-    """Yield terms that need no shape."""
-    if "coulomb" in model.names:
-        yield "directions", ("viscous_asymmetry",)
-        yield "friction over position", tuple(f"friction_{name}" for name in data.place.names)
-    if not data.delay_known:
-        yield "delay", ("torque_delay",)
-    yield "force over position", tuple(f"force_{name}" for name in data.place.names)
 
 
 def tried(data: Prepared, model: Model) -> dict[str, tuple[Model, Array]]:
@@ -116,18 +113,21 @@ def select(
     ``weight`` says whether gravity takes torque (None: the rows are to tell), ``refine`` whether refinements may be
     taken.
     """
-    model, tolerance = _identifiable(data, terms)
+    model, lacking = _identifiable(data, terms)
     errors = left_out_errors(data.fit(model))
-    if data.rotary and weight is not False:
+    if data.rotary:
         heavy = Model((*model.names, *GRAVITY))
-        with_weight = left_out_errors(data.fit(heavy))
-        if weight or is_better(errors, with_weight, WEIGHT):
+        folds = data.fit(heavy)
+        with_weight = left_out_errors(folds)
+        if weight or (weight is None and is_better(errors, with_weight, WEIGHT)):
             model, errors = heavy, with_weight
+        elif folds.tolerance().get("inertia", 1.0) < COLLINEAR:  # a spring-like torque and inertia are one number
+            lacking["inertia"] = "one_sine"
     if not data.has_known:
         found = dict(zip(model.names, data.fit(model).solve().tolist(), strict=True))
         data = data._replace(load=tuple(found.get(name, 0.0) for name in CARRIED))
     around = tried(data, model) if refine else {}
-    models = [(model, errors), *(one for one in around.values() if is_better(errors, one[1], DIFFERENT))]
+    models = [(model, errors), *around.values()]
     taken: list[str] = []
     while around:
         kind, (better, new) = min(around.items(), key=lambda item: float(np.mean(item[1][1])))
@@ -136,48 +136,140 @@ def select(
         taken.append(kind)
         model, errors = better, new
         around = tried(data, model)
+    estimates = [estimated(data, *one) for one in models]
+    narrower, refined = narrowed(data), None
     if taken:
-        models.append((_polished(data, model), errors))
-    narrower = narrowed(data)
-    estimates = [estimated(data, narrower, *one) for one in models]
-    refined = with_intervals(data, estimates[-1], confidence) if taken else None
-    return Selection(averaged(data, estimates, confidence), refined, tuple(taken), tolerance)
+        best = estimated(data, model, errors)
+        for _ in range(STEPS if best.steps.size else 0):
+            best = estimated(data, best.moved(), errors)
+        estimates.append(best)
+        refined = with_intervals(data, narrower, best, confidence)
+    return Selection(averaged(data, narrower, estimates, confidence), refined, tuple(taken), lacking)
 
 
-COLLINEAR = 1e-3
-"""Fraction of a column that the others must leave for its parameter to be identifiable."""
-
-
-def _identifiable(data: Prepared, terms: tuple[str, ...]) -> tuple[Model, dict[str, float]]:
-    """Return the textbook's model of the terms that the motion tells apart, and how far it does."""
-    judged = terms + (GRAVITY if data.rotary else ())
-    folds = data.fit(Model(judged))
-    tolerance = folds.of(terms).tolerance()
-    noise = data.noise["inertia"] * folds.rows.sum()
-    power = float(folds.gram.sum(axis=0)[0, 0])
-    tolerance["inertia"] = min(tolerance["inertia"], max(0.0, 1.0 - noise / max(power, 1e-300)) ** 4)
-    names = list(terms)
-    if "coulomb" in names and tolerance["coulomb"] < COLLINEAR and "offset" in names:
-        names.remove("coulomb")  # one way: friction and load are one constant
-    for name in ("viscous", "inertia"):
-        if min(folds.of(tuple(names)).tolerance()[name], tolerance[name] if name == "inertia" else 1.0) < COLLINEAR:
+def _identifiable(data: Prepared, terms: tuple[str, ...]) -> tuple[Model, dict[str, str]]:
+    """Return the textbook's model of the terms that the motion tells apart, and the reasons of the others."""
+    folds, names, lacking = data.fit(Model(terms)), list(terms), {}
+    quiet = 1.0 - data.noise["inertia"] * folds.rows.sum() / max(float(folds.gram.sum(axis=0)[0, 0]), 1e-300)
+    reasons = {"viscous": "one_speed", "inertia": "no_acceleration"}
+    if "offset" in names:  # one way: friction and load are one constant
+        reasons = {"coulomb": "one_way", **reasons}
+    for name, reason in reasons.items():
+        own = folds.of(tuple(names)).tolerance()[name]
+        if min(own, max(0.0, quiet) ** 4 if name == "inertia" else 1.0) < COLLINEAR:
             names.remove(name)
-    if data.rotary and "inertia" in names:  # one sine: a spring-like torque and inertia are one number
-        tolerance["inertia_beside_gravity"] = folds.tolerance()["inertia"]
-    return Model(tuple(names)), tolerance
+            lacking[name] = reason
+    return Model(tuple(names)), lacking
 
 
-def _polished(data: Prepared, model: Model) -> Model:
-    """Return a model with the shape between the tried ones that leaves least."""
+class Estimated(NamedTuple):
+    """A model with its estimates, and the covariance of these and of the logarithms of its shape's numbers.
+
+    ``steps`` are those of Gauss and Newton of these logarithms.
+    """
+
+    model: Model
+    errors: Array
+    values: Array
+    covariance: Array
+    steps: Array
+
+    def moved(self) -> Model:
+        """Return the model with its shape a Gauss-Newton step further."""
+        shape = self.model.shape
+        for (name, value), step in zip(shape.bends.items(), np.clip(self.steps, -NEAR, NEAR), strict=True):
+            shape = shape.bent(name, value * math.exp(step))
+        return self.model._replace(shape=shape)
+
+
+def estimated(data: Prepared, model: Model, errors: Array) -> Estimated:
+    """Return a model with its estimates and their covariance, which is their spread over folds."""
+    columns = data.columns(*model)
+    values = data.sums(model.names, columns).solve()
+    slopes = _slopes(data, model, values)
+    folds = data.sums((*model.names, *slopes), np.column_stack([columns, *slopes.values()]))
+    return Estimated(model, errors, values, spread(folds), folds.solve()[values.size :])
+
+
+def by_band(narrower: Prepared | None, one: Estimated) -> Array:
+    """Return the variance by the choice of the band: what half of it changes, taken as uniform up to that."""
+    if narrower is None:
+        return np.zeros_like(one.values)
+    return np.asarray((narrower.fit(one.model).solve() - one.values) ** 2 / 3.0)
+
+
+def with_intervals(data: Prepared, narrower: Prepared | None, one: Estimated, confidence: float) -> Fit:
+    """Return a model with the intervals of its estimates, those of its shape of their logarithms."""
+    variance, size = np.diag(one.covariance).copy(), one.values.size
+    variance[:size] += by_band(narrower, one)
+    half = quantile(one.errors.size, confidence) * np.sqrt(variance)
+    found = _fit(data, one, one.model.names, one.values, half[:size])
+    for (name, value), error in zip(one.model.shape.bends.items(), half[size:].tolist(), strict=True):
+        factor = math.exp(min(error, 20.0))
+        found.parameters[name] = Parameter(value, value / factor, value * factor)
+    return found
+
+
+def averaged(data: Prepared, narrower: Prepared | None, models: list[Estimated], confidence: float) -> Fit:
+    """Return the textbook's model, the first, with its parameters averaged over models (S. Buckland 1997).
+
+    Akaike's weights ``(mean square error)^(-n / 2)`` are of the errors of folds that were left out, each of which
+    counts as the two ways of a cycle. Coulomb and viscous friction and offset of a richer model are those of the line
+    through its friction without lag, path, load and delay. The variance holds what the models differ by.
+    """
+    textbook, names = models[0], models[0].model.names
+    square = np.array([np.mean(one.errors) for one in models])
+    weights = (square / square.min()) ** -float(textbook.errors.size)
+    weights /= weights.sum()
+    maps = [(_textbook_of(data, names, one), one) for one in models]
+    each = np.array([bounded(names, own[:, : one.values.size] @ one.values) for own, one in maps])
+    within = np.array([np.diag(own @ one.covariance @ own.T) for own, one in maps])
+    mean = weights @ each
+    variance = by_band(narrower, textbook) + weights @ (within + (each - mean) ** 2)
+    return _fit(data, textbook, names, mean, quantile(textbook.errors.size, confidence) * np.sqrt(variance))
+
+
+def _fit(data: Prepared, one: Estimated, names: tuple[str, ...], values: Array, half: Array) -> Fit:
+    ends = [bounded(names, end).tolist() for end in (values, values - half)]
+    parameters = map(Parameter, *ends, (values + half).tolist())
+    left = math.sqrt(float(np.mean(one.errors)) / float(np.mean(data.torque**2)))
+    return Fit(one.model, dict(zip(names, parameters, strict=True)), left)
+
+
+def _textbook_of(data: Prepared, names: tuple[str, ...], one: Estimated) -> Array:
+    """Return the matrix that makes the textbook's parameters of the estimates of a model.
+
+    Its line of Coulomb and viscous friction is the one through the friction of the model without lag, path, load and
+    delay; its offset is the mean of what that leaves, and of the loads.
+    """
+    inner, shape = one.model
+    result = np.array([[float(own == name) for own in (*inner, *shape.bends)] for name in names])
+    apart = {"torque_delay", "load_friction", *CARRIED}
+    slow = [place for place, name in enumerate(inner) if name not in apart]
+    static = Model(tuple(inner[place] for place in slow), shape._replace(friction_lag=0.0, path=0.0, load=()))
+    if static.shape == Shape() and set(static.names) <= set(names):
+        return result
+    bends = _slopes(data, static, one.values[slow])
+    torques = np.column_stack([data.columns(*static), *bends.values()])
+    places = np.array([*slow, *(len(inner) + list(shape.bends).index(name) for name in bends)])
+    friction = np.array([is_friction(name) for name in static.names] + [True] * len(bends))
+    line = [place for place, name in enumerate(names) if is_friction(name)]
+    if line:
+        columns = data.columns(tuple(names[place] for place in line), Shape())
+        fitted = np.linalg.lstsq(columns, torques[:, friction])[0]
+        result[np.ix_(line, places[friction])] = fitted
+        torques[:, friction] -= columns @ fitted
+    if "offset" in names:
+        result[names.index("offset"), places] = torques.mean(axis=0)
+    return result
+
+
+def _slopes(data: Prepared, model: Model, values: Array) -> dict[str, Array]:
+    """Return the derivative of the torque by the logarithm of each number of the shape."""
+    found = {}
     for name, value in model.shape.bends.items():
-
-        def left(log_value: float, name: str = name, model: Model = model) -> float:
-            one = model._replace(shape=model.shape.bent(name, math.exp(log_value)))
-            folds = data.fit(one)
-            values = folds.solve()
-            return float(values @ folds.gram.sum(axis=0) @ values - 2.0 * values @ folds.moment.sum(axis=0))
-
-        ends = math.log(value) - NEAR, math.log(value) + NEAR
-        found = optimize.minimize_scalar(left, bounds=ends, method="bounded", options={"xatol": 0.02})
-        model = model._replace(shape=model.shape.bent(name, math.exp(found.x)))
-    return model
+        up, down = (
+            data.columns(model.names, model.shape.bent(name, value * factor)) @ values for factor in (1.05, 1.0 / 1.05)
+        )
+        found[name] = (up - down) / (2.0 * math.log(1.05))
+    return found

@@ -1,5 +1,6 @@
 """Units of what is reported of a joint."""
 
+import re
 from collections.abc import Mapping
 
 from adaptive_ff.scenario.axis_units import of_linear
@@ -24,15 +25,9 @@ MASS_IN_AMPERES = {"kg m²": "A s²/rad", "kg": "A s²/m"}
 
 def of_current(units: Mapping[str, str]) -> dict[str, str]:
     """Return units where the torque, or force, is given as a current, A: inertia is then in A s²/rad, or A s²/m."""
-    return {name: _of_current(unit) for name, unit in units.items()}
+    return {name: MASS_IN_AMPERES.get(unit, re.sub("^N( m)?", "A", unit)) for name, unit in units.items()}
 
 
 def unit_of(units: Mapping[str, str], name: str) -> str:
     """Return the unit of a parameter; those of a map over position are torques."""
     return units.get(name, units["torque"])
-
-
-def _of_current(unit: str) -> str:
-    if unit in MASS_IN_AMPERES:
-        return MASS_IN_AMPERES[unit]
-    return unit.replace("N m" if unit.startswith("N m") else "N", "A", 1) if unit.startswith("N") else unit

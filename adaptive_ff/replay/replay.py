@@ -308,7 +308,7 @@ def _judged(
 ) -> tuple[dict[str, Left], Series]:
     """Return what each feedforward leaves in the band, and the series."""
     rows = prepared.rows
-    inner = [slice(int(one.kept[0]), int(one.kept[-1]) + 1) for one in rows]
+    inner = [one.inner for one in rows]
 
     def joined(parts: list[Array]) -> Array:
         return np.concatenate([one.in_band(part)[cut] for one, part, cut in zip(rows, parts, inner, strict=True)])
