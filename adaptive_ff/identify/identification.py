@@ -99,8 +99,7 @@ def identify_log(
     TypeError
         The log is none, or an argument is of another kind.
     """
-    _check_logs(log, validation)
-    _check_arguments(held_out, torque_delay, confidence, model)
+    _check_arguments(log, validation, held_out, torque_delay, confidence, model)
     linear, is_current = checked_switch("linear", linear), checked_switch("is_current", is_current)
     check_kind("position_periods", position_periods, Iterable, "a sequence of periods")
     _check_map(log, tuple(position_periods), position_hats, checked_switch("load_friction", load_friction))
@@ -152,16 +151,12 @@ def narrowing_motion(data: Prepared, model: Model) -> dict[str, tuple[str, float
     """
     columns = data.columns(*model)
     gain = np.linalg.lstsq(columns.T @ columns, columns.T)[0] ** 2
-    speed = data.velocity
-    motions = {"speed": speed, "acceleration": data.columns(("inertia",), Shape())[:, 0]}
-    found = {}
-    for name, weights in zip(model.names, gain, strict=True):
-        ratios = {
-            kind: math.sqrt(float(np.average(values**2, weights=weights) / np.mean(values**2)))
-            for kind, values in motions.items()
-        }
-        found[name] = max(ratios.items(), key=lambda item: abs(math.log(max(item[1], 1e-9))))
-    return found
+    motions = {"speed": data.velocity, "acceleration": data.columns(("inertia",), Shape())[:, 0]}
+    ratios = np.sqrt([gain @ one**2 / gain.sum(axis=1) / np.mean(one**2) for one in motions.values()])
+    return {
+        name: max(zip(motions, pair, strict=True), key=lambda item: abs(math.log(max(item[1], 1e-9))))
+        for name, pair in zip(model.names, ratios.T.tolist(), strict=True)
+    }
 
 
 SAYS = {
@@ -208,17 +203,15 @@ def _check_map(log: Log, periods: tuple[float, ...], hats: int, load: bool) -> N
         raise InputError(f"{log.name}: load_friction takes a log with a known torque (--known-torque)")
 
 
-def _check_logs(log: Log, validation: Log | None) -> None:
+def _check_arguments(
+    log: Log, validation: Log | None, held_out: float, torque_delay: float | None, confidence: float, model: str
+) -> None:
     check_log("log", log)
-    if validation is not None:
-        check_log("validation", validation)
-        if log.is_same_record(validation):
-            raise InputError(
-                f"{validation.name}: the log to validate on is the one that is fitted; give another one, or none"
-            )
-
-
-def _check_arguments(held_out: float, torque_delay: float | None, confidence: float, model: str) -> None:
+    check_log("validation", log if validation is None else validation)
+    if validation is not None and log.is_same_record(validation):
+        raise InputError(
+            f"{validation.name}: the log to validate on is the one that is fitted; give another one, or none"
+        )
     check_numbers(held_out=held_out)
     if not 0.0 <= held_out < 1.0:
         raise InputError(f"held_out = {held_out:g} is not allowed: it must be zero or more, and less than one")

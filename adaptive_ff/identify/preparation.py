@@ -210,17 +210,16 @@ def _check_content(given: Log, log: Log, spans: list[range], skipped: list[Skipp
         (log.moving, "it must move to be identified"),
         ("torque", f"it must be that of the drive{hint}"),
     ):
-        parts = [log.series[role][span.start : span.stop] for span in spans]
-        low = float(parts[0][0])
-        if all(np.all(part == low) for part in parts):
-            raise InputError(f"{log.name}: the {role} is {low + 0.0:g} all over; {rule}")  # -0 is 0
+        values = np.concatenate([log.series[role][span.start : span.stop] for span in spans])
+        if np.all(values == values[0]):
+            raise InputError(f"{log.name}: the {role} is {values[0] + 0.0:g} all over; {rule}")  # -0 is 0
     if log.position is None:
         return
     parts = [log.position[span.start : span.stop] for span in spans]
     steps = sum(float(np.sum(np.diff(one) ** 2)) for one in parts)
-    spread = sum(float(np.sum((one - np.mean(one)) ** 2)) for one in parts)
+    spread = sum(one.size * float(np.var(one)) for one in parts)
     if steps > NOISE_ALONE * 2.0 * spread:
-        scatter = math.sqrt(spread / sum(one.size for one in parts))
+        scatter = math.sqrt(spread / sum(map(len, parts)))
         raise InputError(
             f"{log.name}: the position scatters by {scatter:.3g} {'m' if linear else 'rad'} (rms), no more than from "
             "one sample to the next: that is noise; it must move to be identified"
