@@ -16,7 +16,7 @@ PROMPT = {
 }
 """The same joints without a friction lag: friction that lags can give back energy at a reversal."""
 
-HELD = 20
+HELD = 10
 """Steps that a torque is held for."""
 
 torques = st.lists(st.floats(-300.0, 300.0), min_size=1, max_size=20)
@@ -94,7 +94,9 @@ def test_motion_is_the_same_in_other_units(kind):
     other = type(model)(**in_other_units(model.model_dump(), scales))
     torque = scales[0]
     for (_, _, after), (_, _, found) in zip(
-        motion(model, TORQUES, 0.125), motion(other, torque * TORQUES, 0.125 * scales[2] / scales[1]), strict=True
+        motion(model, TORQUES[:700], 0.125),
+        motion(other, torque * TORQUES[:700], 0.125 * scales[2] / scales[1]),
+        strict=True,
     ):
         for name, value in after._asdict().items():
             expected = value * factor_of("", name, scales)
