@@ -123,17 +123,17 @@ def test_slowest_and_fastest_period_give_a_scenario_that_can_be_run():
         parse_scenario({**fast, "duration": 60.1}, "fast")
 
 
-def test_joint_that_takes_more_solver_steps_than_a_run_has_is_refused():
-    with pytest.raises(InputError, match=r"in steps of 3e-07 s; give the inertia"):
-        new_scenario_text(1e-12, 1.0, 1.0, period=1e-6)
+PERIOD = r"^period = .* s is not allowed: it must be from 3e-07 s to less than 0.5 s$"
 
 
-@pytest.mark.parametrize("period", [1e-9, 0.5, 10.0])
-def test_period_of_no_scenario_is_refused(period):
-    with pytest.raises(InputError, match=r"^period = .* s is not allowed: it must be from 3e-07 s to less than 0.5 s$"):
-        new_scenario_text(20.0, 400.0, 2.5, period=period)
-
-
-def test_function_refuses_like_the_command():
-    with pytest.raises(InputError, match="period = 0 is not allowed"):
-        new_scenario_text(1.0, 1.0, 1.0, period=0.0)
+@pytest.mark.parametrize(
+    ("inertia", "period", "message"),
+    [
+        (1e-12, 1e-6, r"in steps of 3e-07 s; give the inertia"),  # more solver steps than a run has
+        (1.0, 0.0, "period = 0 is not allowed"),
+        *((20.0, period, PERIOD) for period in (1e-9, 0.5, 10.0)),
+    ],
+)
+def test_function_refuses_what_gives_no_scenario(inertia, period, message):
+    with pytest.raises(InputError, match=message):
+        new_scenario_text(inertia, 1.0, 1.0, period=period)
