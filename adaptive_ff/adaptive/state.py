@@ -245,15 +245,16 @@ class AdaptiveState(NamedTuple):
 
 def initial_adaptive_state(parameters: AdaptiveParameters) -> AdaptiveState:
     """Return the state of a controller at rest that knows its prior."""
-    count, unit = column_count(parameters.hypothesis), parameters.machine.first_unit
+    count, unit, pi = column_count(parameters.hypothesis), parameters.machine.first_unit, parameters.feedback
+    believed = (parameters.tuning.believed * np.exp(parameters.prior.mean[-1])) ** 2
     units = np.where(parameters.prior.scaled, unit, 1.0)
     mean = np.concatenate([np.zeros(LOOP), parameters.prior.mean * units])
     covariance = np.zeros((mean.size, mean.size))
     covariance[LOOP:, LOOP:] = unpacked(parameters.prior.covariance) * np.outer(units, units)
     return AdaptiveState(
-        feedback=initial_pi_state(parameters.feedback),
+        feedback=initial_pi_state(pi),
         friction=initial_friction_state(parameters.hypothesis),
-        response=initial_response(count + RESPONSES, parameters.feedback.delay),
+        response=initial_response(count + RESPONSES, pi.delay),
         quiet=Member(mean.copy(), packed(covariance)),
         loud=Member(mean.copy(), packed(covariance)),
         mean=mean.copy(),
@@ -266,7 +267,7 @@ def initial_adaptive_state(parameters: AdaptiveParameters) -> AdaptiveState:
         weight=0.5,
         noise=Noise(-1.0, 0.0, 0.0, 0),
         interval=Interval(0.0, 0.0, 0.0, 0.0, 0, 0),
-        observer=Observer(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
+        observer=Observer(0.0, 0.0, believed, believed, believed, 0.0, 0.0),
         watch=Watch(0.0, 0.0, 0.0, False, False, 0.0),
         unit=unit,
         handed=0.0,
@@ -283,7 +284,7 @@ def initial_adaptive_state(parameters: AdaptiveParameters) -> AdaptiveState:
         held=0.0,
         sliding=0.0,
         rested=False,
-        modelled=delay_line(parameters.feedback.delay),
+        modelled=delay_line(pi.delay),
         enabled=True,
         feedforward_enabled=True,
         fed_gain=1.0,

@@ -122,7 +122,7 @@ def learn_from(parameters: AdaptiveParameters, state: AdaptiveState, inputs: Inp
     had = advance_response(response, count + OBSERVER, 0.0, pi, machine.inertia, follows, duration, measured)
     apart = 0.0
     if measured:
-        observer = judged(observer, period.error + had, brought, min(1.0, duration / parameters.tuning.gate_memory))
+        observer = judged(observer, period.error + had, brought, min(1.0, duration / parameters.tuning.fade))
         apart = distance_apart(inputs.velocity, period.filtered, period.level)
     interval = Interval(
         interval.error + period.error,

@@ -57,8 +57,8 @@ class Tuning(NamedTuple):
         Rate at which the torque that the integral holds is averaged, in ``Ki/Kp``.
     moving : float
         Speed above which a joint moves though its reference rests, in standard deviations of the noise.
-    gate_memory : float
-        Memory of the observer's gate, s.
+    believed : float
+        Error that the observer explains before anything is measured, in Stribeck velocities.
     explained : float
         Coefficient of determination of the error by the response to the observed torque, from which its gain is one.
     fastest : float
@@ -66,7 +66,7 @@ class Tuning(NamedTuple):
     observed_fraction : float
         Fraction of the lacking torque that is observed: the rest bounds it where a drive gives less than it is asked.
     fade : float
-        Time in which the feedforward fades in or out, s.
+        Time in which the feedforward fades in or out, and memory of the observer's gate, s.
     """
 
     quiet: float = 0.01
@@ -104,7 +104,7 @@ class Tuning(NamedTuple):
     peak_memory: float = 100.0
     steady: float = 3.0
     moving: float = 20.0
-    gate_memory: float = 1.0
+    believed: float = 0.03
     explained: float = 0.5
     fastest: float = 100.0
     observed_fraction: float = 0.85

@@ -102,3 +102,9 @@ def test_a_share_of_the_friction_is_fed_and_neither_observer_nor_estimates_make_
     settled = slice(first.torque.size // 2, None)
     fed = np.dot(first.feedforward[settled], second.feedforward[settled]) / np.sum(first.feedforward[settled] ** 2)
     assert fed == pytest.approx(share, abs=0.08)
+
+
+def test_before_anything_is_learnt_the_observer_moves_a_joint_off():
+    run = simulate(SCENARIO.modified(seed=2, duration=2.0, sampling={"period": 0.001}), "adaptive")
+    gain = run.monitors["observer_gain"]
+    assert np.median(gain[run.time < 0.1]) > 0.9

@@ -208,7 +208,7 @@ def test_a_first_model_is_fed_from_the_first_sample_and_corrected():
         controller = make(**options)
         if options:
             assert controller.estimates["coulomb"] == options["model"].coulomb
-        run = drive(controller, reference_joint(), 0.0, 5.0)
+        run = drive(controller, reference_joint(), 0.0, 7.0)
         errors[name] = rms(run.error), controller.estimates["coulomb"]
     # the noise of 2 mrad/s alone leaves 1.9; what a new controller leaves beyond that, the true model must not
     beyond = {name: error**2 - 0.0019**2 for name, (error, _) in errors.items()}
