@@ -114,7 +114,6 @@ def spectrum(motion: Array, period: float, *, is_position: bool) -> Spectrum:
     upper = frequency > 0.3 / period
     weight = float(np.sum(window**2))
     noise = float(np.median(power[upper] / gain[upper])) / math.log(2.0)
-    noise = max(noise, _rounding(motion) * weight)
     width = max(1, min(15, power.size // 20))
     smooth = np.convolve(power, np.ones(width) / width, "same")
     measured: Array = np.where(smooth > 4.0 * noise * gain, np.maximum(power - noise * gain, 0.0), 0.0)
@@ -172,24 +171,6 @@ def _gap(frequency: Array, power: Array) -> float:
 
 EMPTY = 1e-3
 """Fraction of the power of the velocity from which on an octave holds some of the motion."""
-
-
-def _rounding(values: Array) -> float:
-    """Return the variance of rounding to a lattice, as white noise of its density where it is; zero without a lattice.
-
-    Rounding adds a twelfth of the squared step. Where a value takes several samples to the next step, that power lies
-    at lower frequencies, and counts for as many times more there.
-    """
-    steps = np.abs(np.diff(values))
-    changing = steps[steps > 1e-9 * float(np.max(steps, initial=0.0))]
-    if not changing.size:
-        return 0.0
-    step = float(np.min(changing))
-    counts = changing / step
-    if float(np.mean(np.abs(counts - np.round(counts)) < 0.02)) < 0.98:
-        return 0.0
-    passed = float(np.sqrt(np.mean(steps**2))) / step
-    return step**2 / 12.0 * max(1.0, 0.5 / passed)
 
 
 def lowpass(corner: float, period: float) -> Callable[[Array], Array]:
