@@ -2,15 +2,17 @@
 
 import numpy as np
 import pytest
-from exports import adaptive_variants
+from exports import adaptive, adaptive_variants
 
 from adaptive_ff.adaptive.estimates import HELD, fill_slopes, write_physical
 from adaptive_ff.learning.kalman import LOOP
 
+VARIANTS = {name: make() for name, make in adaptive_variants().items()}
+VARIANTS |= {"no offset, regressors": adaptive(regressors=2), "no offset, ripples": adaptive(ripple_periods=[0.3])}
 
-@pytest.mark.parametrize("make", adaptive_variants().values(), ids=adaptive_variants())
-def test_slopes_are_the_derivatives_of_the_estimates(make):
-    controller = make()
+
+@pytest.mark.parametrize("controller", VARIANTS.values(), ids=VARIANTS)
+def test_slopes_are_the_derivatives_of_the_estimates(controller):
     parameters, state, count = controller.parameters, controller.state, len(controller.estimate_names)
     mean = np.random.default_rng(1).uniform(0.5, 2.0, state.mean.size)
 
