@@ -18,7 +18,6 @@ from adaptive_ff.export.export import Export
 from adaptive_ff.export.sample import optional_inputs, unchecked_inputs
 from adaptive_ff.friction.model import unit_of
 from controllers.kernels.comments import comment_lines, joined, plain, summary
-from controllers.kernels.helpers import helper_texts
 from controllers.kernels.leaves import Leaf, value_at
 from controllers.kernels.names import c_name
 from controllers.kernels.types import Array, Line, Record, Type, passed_by_pointer
@@ -120,7 +119,7 @@ def _translated(export: Export) -> str:
         [
             export.unit.definitions(),
             *(struct.text for struct in list(export.unit.structs.values())[len(export.public_structs) :]),
-            *helper_texts(export.unit.helpers, export.precision.real),
+            *export.unit.helper_texts(),
             kernels,
             state_tables(export),
         ]

@@ -103,8 +103,8 @@ def _rls_loop(
 ) -> None:
     for k in range(outputs.size):
         errors[k] = update_rls_in_place(state, regressors[k], outputs[k], forgetting_factor)
-        row = estimates[k]
-        row[:] = state.estimate
+        for i in range(state.estimate.size):
+            estimates[k, i] = state.estimate[i]
 
 
 rls_loop = compiled(_rls_loop)

@@ -5,8 +5,8 @@ import ast
 from controllers.kernels.calls import Calls
 from controllers.kernels.names import c_name
 from controllers.kernels.operators import ARITHMETIC
-from controllers.kernels.scope import Unused, Variable
-from controllers.kernels.types import INTEGER, REAL, Array, Line, Record, passed_by_pointer
+from controllers.kernels.scope import Later, Variable
+from controllers.kernels.types import INTEGER, REAL, Array, passed_by_pointer
 from controllers.kernels.values import Value
 
 
@@ -15,32 +15,15 @@ class Assignments(Calls):
 
     def assign(self, target: ast.expr, node: ast.expr) -> None:
         """Translate an assignment to one target."""
-        match target:
-            case ast.Tuple():
-                self._unpack(target, node)
-            case ast.Name():
-                self._bind(target, self.translate(node))
-            case ast.List() | ast.Starred():
-                self._give(target, self.translate(node))
-            case ast.Subscript() if _is_full_slice(target.slice):
-                self._fill(target, node)
-            case _:
-                value = self._before(target, node)
-                if isinstance(value.type, Record | Line) and isinstance(target, ast.Subscript):
-                    self._spread_over(target, node, value)
-                else:
-                    self._store(target, value)
-
-    def assign_all(self, targets: list[ast.expr], node: ast.expr) -> None:
-        """Give several targets one value."""
-        value = self.translate(node)
-        if value.constant is None and not isinstance(node, ast.Name):
-            value = self._kept(node, value)
-        for target in targets:
-            self._give(target, value)
+        if isinstance(target, ast.Tuple):
+            self._unpack(target, node)
+        elif isinstance(target, ast.Name):
+            self._bind(target, self.translate(node))
+        else:
+            self._give(target, self._before(target, node))
 
     def _give(self, target: ast.expr, value: Value) -> None:
-        """Give one of several targets its value."""
+        """Give a target, perhaps one of several, its value."""
         if isinstance(target, ast.Name):
             self._bind(target, value)
         elif isinstance(target, ast.Tuple | ast.List | ast.Starred):
@@ -80,76 +63,6 @@ class Assignments(Calls):
         if place.type != value.type:
             raise self.refusal(target, "{} must be given a value of the array's type")
         self.scope.emit(f"{place.text} = {value.text};")
-
-    def _spread_over(self, target: ast.Subscript, node: ast.expr, value: Value) -> None:
-        """Assign the numbers of a tuple to a row of an array, one after another."""
-        base = self.translate(target.value)
-        row = self.element_of(target, base)
-        if not isinstance(row.type, Array) or len(row.type.shape) != 1:
-            raise self.refusal(target, "{} cannot be given a tuple; only a row of an array can")
-        self.scope.writes += 1
-        for place, item in enumerate(self.items(node, value)):
-            if row.type.element == REAL:
-                item = self.as_real(node, item)
-            if item.type != row.type.element:
-                raise self.refusal(node, "{} holds what are no numbers of the array's type")
-            self.scope.emit(f"{row.element(str(place)).text} = {item.text};")
-
-    def _fill(self, target: ast.Subscript, node: ast.expr) -> None:
-        """Assign to all elements of an array a number or those of another one, which is computed first."""
-        value = self._before(target, node)
-        array = self.translate(target.value)
-        if not isinstance(array.type, Array):
-            raise self.refusal(target, "{}: only an array can be filled")
-        if isinstance(target.slice, ast.Tuple) and len(target.slice.elts) > len(array.type.shape):
-            raise self.refusal(target, "{} has more places than the array has dimensions; write [:]")
-        if isinstance(value.type, Array) and value.type != array.type:
-            raise self.refusal(target, "{} must be given a number or an array like it, of one shape")
-        self.scope.writes += 1
-        if not isinstance(value.type, Array):
-            if array.type.element == REAL:
-                value = self.as_real(node, value)
-            if value.type != array.type.element:
-                raise self.refusal(target, f"{ast.unparse(node)} is no number of the array's type")
-            if any(isinstance(part, ast.Call | ast.Subscript) for part in ast.walk(node)):
-                value = self._kept(node, value)
-        if array.type.is_open:
-            self._fill_open(node, array, value)
-        else:
-            self._fill_fixed(array, value)
-
-    def _fill_fixed(self, array: Value, value: Value) -> None:
-        depth = self.scope.depth
-        for extent in array.array.shape:
-            name = self.scope.fresh("place")
-            self.scope.emit(f"for (int {name} = 0; {name} < {extent}; {name}++) {{")
-            self.scope.depth += 1
-            array = array.element(name)
-            if isinstance(value.type, Array):
-                value = value.element(name)
-        self.scope.emit(f"{array.text} = {value.text};")
-        while self.scope.depth > depth:
-            self.scope.depth -= 1
-            self.scope.emit("}")
-
-    def _fill_open(self, node: ast.expr, array: Value, value: Value) -> None:
-        array = self._whole(node, array)
-        axes = range(len(array.array.shape))
-        if isinstance(value.type, Array):
-            value = self._whole(node, value)
-            sizes = (f"(const int64_t[]){{{', '.join(each.size(k).text for k in axes)}}}" for each in (array, value))
-            given = f"{array.text}.data, {next(sizes)}, {value.text}.data, {next(sizes)}"
-            width = f"sizeof *{array.text}.data"
-            self.scope.emit(f"{self.unit.helper('copy_array', given, str(len(axes)), width)};")
-            return
-        name, count = self.scope.fresh("place"), " * ".join(array.size(k).text for k in axes)
-        self.scope.emit(f"for (int64_t {name} = 0; {name} < {count}; {name}++) {{")
-        self.scope.lines.append((self.scope.depth + 1, f"{array.text}.data[{name}] = {value.text};"))
-        self.scope.emit("}")
-
-    def _whole(self, node: ast.AST, array: Value) -> Value:
-        """Return an array of open sizes that has an address of its own, a row as well."""
-        return array if array.root and not array.part else self.named(node, array)
 
     def _bind(self, target: ast.Name, value: Value) -> None:
         """Give a variable a value, and declare it where that is its first."""
@@ -195,7 +108,7 @@ class Assignments(Calls):
             self.scope.variables[name] = Variable(text, kind, constant=known, natural=value.natural and once)
             constant = "const " if once and not isinstance(kind, Array) else ""
             self.scope.emit(f"{constant}{self.unit.declaration(kind, text)} = {value.content};")
-        self.scope.lines.append((self.scope.depth, Unused(name)))
+        self.scope.lines.append((self.scope.depth, Later(name, declares=False)))
 
     def _unpack(self, target: ast.Tuple, node: ast.expr) -> None:
         if isinstance(node, ast.Tuple):
@@ -252,8 +165,3 @@ class Assignments(Calls):
         if place.type == REAL:
             value = self.as_real(statement.value, value)
         self.scope.emit(f"{place.text} {operator}= {value.text};")
-
-
-def _is_full_slice(node: ast.expr) -> bool:
-    parts = node.elts if isinstance(node, ast.Tuple) else [node]
-    return all(isinstance(p, ast.Slice) and p.lower is None and p.upper is None and p.step is None for p in parts)

@@ -21,7 +21,7 @@ KEPT_DAYS = 30
 def translator_key() -> str:
     """Return a hash of the translation itself: what another one made is not used."""
     digest = hashlib.sha256(sys.platform.encode())
-    for path in sorted(Path(__file__).parent.glob("*.py")):
+    for path in sorted(Path(__file__).parent.glob("*.[cp]*")):
         digest.update(path.read_bytes())
     return digest.hexdigest()[:16]
 

@@ -4,7 +4,7 @@ import ast
 import inspect
 import math
 from collections.abc import Callable, Hashable
-from functools import cache
+from functools import cache, partial
 from typing import Any
 
 import numpy as np
@@ -15,61 +15,37 @@ from controllers.kernels.sources import INSTEAD
 from controllers.kernels.types import BOOLEAN, INTEGER, REAL, Array, Record, Type, makes_itself
 from controllers.kernels.values import UNARY, Value
 
-FUNCTIONS = "exp expm1 log log1p sqrt sin cos tan asin acos atan sinh cosh tanh asinh fabs"
-
-MATHEMATICS: dict[Any, tuple[str, int]] = {
-    getattr(math, name): (name, count)
-    for names, count in ((FUNCTIONS, 1), ("pow atan2 copysign", 2))
-    for name in names.split()
-}
-"""Functions of ``math.h``, which every machine has, and how many arguments they take."""
+ONE = "exp expm1 log log1p sin cos tan asin acos atan sinh cosh tanh asinh"
+"""Functions of ``math.h`` of one argument, which every machine has."""
 
 Translation = Callable[[Operators, ast.Call, list[Value]], Value]
 
 
-def operation(expressions: Operators, node: ast.Call, function: Any) -> Value:
-    """Return what one of ``MATHEMATICS`` or ``OPERATIONS`` gives."""
-    values = expressions.spread(node.args)
-    if node.keywords:
-        raise expressions.refusal(node, "{}: give the values one by one")
-    count = (MATHEMATICS if function in MATHEMATICS else OPERATIONS)[function][1]
-    if count is not None and len(values) != count:
-        raise expressions.refusal(node, f"{{}} must have {count} arguments")
-    if function in MATHEMATICS:
-        texts = [expressions.as_real(node, value).text for value in values]
-        return Value(expressions.unit.library(MATHEMATICS[function][0], *texts), REAL)
-    return OPERATIONS[function][0](expressions, node, values)
+def _library(name: str, expressions: Operators, node: ast.Call, values: list[Value]) -> Value:
+    texts = [expressions.as_real(node, value).text for value in values]
+    return Value(expressions.unit.library(name, *texts), REAL)
+
+
+def _test(name: str, expressions: Operators, node: ast.Call, values: list[Value]) -> Value:
+    return Value(f"{name}({expressions.as_real(node, values[0]).text})", BOOLEAN)
 
 
 def _absolute(expressions: Operators, node: ast.Call, values: list[Value]) -> Value:
     if values[0].type == INTEGER:  # of the least one, itself
         return Value(expressions.unit.helper("absolute_integer", values[0].text), INTEGER)
-    return Value(expressions.unit.library("fabs", expressions.as_real(node, values[0]).text), REAL)
+    return _library("fabs", expressions, node, values)
 
 
-def _test(name: str) -> Translation:
-    """Return the translation of a test of a real number."""
-
-    def translate(expressions: Operators, node: ast.Call, values: list[Value]) -> Value:
-        return Value(f"{name}({expressions.as_real(node, values[0]).text})", BOOLEAN)
-
-    return translate
-
-
-def _choice(name: str) -> Translation:
-    """Return the translation of the largest or smallest of values: of equal ones, or beside no number, the first."""
-
-    def translate(expressions: Operators, node: ast.Call, values: list[Value]) -> Value:
-        if len(values) < 2:
-            raise expressions.refusal(node, "{}: give the values one by one")
-        integers = all(value.type == INTEGER for value in values)
-        chosen, *others = values if integers else [expressions.as_real(node, value) for value in values]
-        text = chosen.text
-        for other in others:
-            text = expressions.unit.helper(f"{name}_integer" if integers else name, text, other.text)
-        return Value(text, chosen.type, natural=all(value.natural for value in values))
-
-    return translate
+def _choice(name: str, expressions: Operators, node: ast.Call, values: list[Value]) -> Value:
+    """Return the largest or smallest of values: of equal ones, or beside no number, the first."""
+    if len(values) < 2:
+        raise expressions.refusal(node, "{}: give the values one by one")
+    integers = all(value.type == INTEGER for value in values)
+    chosen, *others = values if integers else [expressions.as_real(node, value) for value in values]
+    text = chosen.text
+    for other in others:
+        text = expressions.unit.helper(f"{name}_integer" if integers else name, text, other.text)
+    return Value(text, chosen.type, natural=all(value.natural for value in values))
 
 
 def _integer(expressions: Operators, node: ast.Call, values: list[Value]) -> Value:
@@ -83,26 +59,15 @@ def _integer(expressions: Operators, node: ast.Call, values: list[Value]) -> Val
     return Value(expressions.unit.helper("whole_number", value.text), INTEGER)
 
 
-def _rounded(name: str) -> Translation:
-    """Return the translation of what makes an integer of a number by rounding down or up."""
-
-    def translate(expressions: Operators, node: ast.Call, values: list[Value]) -> Value:
-        if values[0].type == INTEGER:
-            return values[0]
-        text = expressions.unit.library(name, expressions.as_real(node, values[0]).text)
-        return _integer(expressions, node, [Value(text, REAL)])
-
-    return translate
+def _rounded(name: str, expressions: Operators, node: ast.Call, values: list[Value]) -> Value:
+    """Return the integer that rounding down or up makes of a number."""
+    if values[0].type == INTEGER:
+        return values[0]
+    return _integer(expressions, node, [_library(name, expressions, node, values)])
 
 
 def _real(expressions: Operators, node: ast.Call, values: list[Value]) -> Value:
     return expressions.as_real(node, values[0])
-
-
-def _truth(expressions: Operators, node: ast.Call, values: list[Value]) -> Value:
-    if values[0].type != BOOLEAN:
-        raise expressions.refusal(node, "{} is no truth value; compare it, as in x != 0.0")
-    return values[0]
 
 
 def _natural(expressions: Operators, node: ast.Call, values: list[Value]) -> Value:
@@ -122,22 +87,23 @@ def _call_address(expressions: Operators, node: ast.Call, values: list[Value]) -
 
 
 OPERATIONS: dict[Any, tuple[Translation, int | None]] = {
+    **{
+        getattr(math, name): (partial(_library, name), count)
+        for names, count in ((f"{ONE} sqrt fabs", 1), ("pow atan2 copysign", 2))
+        for name in names.split()
+    },
+    **{getattr(module, name): (partial(_test, name), 1) for module in (math, np) for name in ("isfinite", "isnan")},
+    math.floor: (partial(_rounded, "floor"), 1),
+    math.ceil: (partial(_rounded, "ceil"), 1),
     abs: (_absolute, 1),
-    max: (_choice("larger"), None),
-    min: (_choice("smaller"), None),
+    max: (partial(_choice, "larger"), None),
+    min: (partial(_choice, "smaller"), None),
     int: (_integer, 1),
     float: (_real, 1),
-    bool: (_truth, 1),
-    math.floor: (_rounded("floor"), 1),
-    math.ceil: (_rounded("ceil"), 1),
-    math.isfinite: (_test("isfinite"), 1),
-    np.isfinite: (_test("isfinite"), 1),
-    math.isnan: (_test("isnan"), 1),
-    np.isnan: (_test("isnan"), 1),
     natural: (_natural, 1),
     call: (_call_address, 4),
 }
-"""What is no function of C: builtins, tests, calls by address; and how many arguments it takes, if not several."""
+"""What kernels call beside each other, and how many arguments it takes, if not several."""
 
 
 @cache
@@ -157,11 +123,19 @@ class Calls(Operators):
         function = self.unit.resolved(self.kernel, node.func)
         if not callable(function) or not isinstance(function, Hashable):
             raise self.refusal(node, f"{ast.unparse(node.func)} is no function")
-        if function in MATHEMATICS or function in OPERATIONS:
-            return operation(self, node, function)
+        if function in OPERATIONS:
+            return self._operation(node, *OPERATIONS[function])
         if isinstance(function, type) and issubclass(function, tuple) and hasattr(function, "_fields"):
             return self._record(node, function)
         return self._call_of(node, function)
+
+    def _operation(self, node: ast.Call, translate: Translation, count: int | None) -> Value:
+        values = self.spread(node.args)
+        if node.keywords:
+            raise self.refusal(node, "{}: give the values one by one")
+        if count is not None and len(values) != count:
+            raise self.refusal(node, f"{{}} must have {count} arguments")
+        return translate(self, node, values)
 
     def _bound(self, node: ast.Call, function: Callable[..., Any], given: list[Value]) -> list[Value]:
         """Return values of all arguments, in order: given in their place, by name, and defaults, as in Python."""

@@ -5,34 +5,10 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from controllers.kernels.comments import joined
-from controllers.kernels.helpers import helper_texts
 from controllers.kernels.literals import DOUBLE
 from controllers.kernels.record import foreign_files
 from controllers.kernels.types import REAL, Array, Record, Type, passed_by_pointer, text_of
-from controllers.kernels.unit import Unit
-
-HEAD = """#include <math.h>
-#include <stdbool.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <string.h>
-#if defined(__FAST_MATH__)
-#error "kernels test for what is not a number: compile them without fast-math"
-#endif
-#if defined(__clang__)
-#pragma STDC FP_CONTRACT OFF
-#define KERNEL static inline __attribute__((always_inline))
-#define WHOLE
-#else
-#define KERNEL static inline
-#define WHOLE __attribute__((flatten))
-#endif
-#if defined(_WIN32)
-#define PUBLIC __declspec(dllexport)
-#else
-#define PUBLIC __attribute__((visibility("default")))
-#endif
-"""
+from controllers.kernels.unit import C_PARTS, Unit
 
 ROW = Array(REAL, (None,))
 """Type of a row of numbers."""
@@ -117,10 +93,10 @@ def file_text(unit: Unit, entries: Sequence[str]) -> str:
     """Return a file of C: what entries need of a unit, and the entries."""
     return joined(
         [
-            HEAD,
+            C_PARTS[""],
             unit.definitions(),
             *(struct.text for struct in unit.structs.values()),
-            *helper_texts(unit.helpers, unit.precision.real, "KERNEL"),
+            *unit.helper_texts(),
             *(made.text for made in unit.called_in("\n".join(entries))),
             *entries,
         ]

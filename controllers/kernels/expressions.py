@@ -3,7 +3,7 @@
 import ast
 from typing import Any
 
-from controllers.kernels.scope import Scope, Unused
+from controllers.kernels.scope import Later, Scope
 from controllers.kernels.sources import Constant
 from controllers.kernels.types import (
     BOOLEAN,
@@ -62,10 +62,6 @@ class Expressions:
         value: Value = method(node)
         return value
 
-    def real(self, node: ast.expr) -> Value:
-        """Return an expression as a real number."""
-        return self.as_real(node, self.translate(node))
-
     def as_real(self, node: ast.AST, value: Value) -> Value:
         """Return a number as a real one; an integer is converted explicitly."""
         if value.type == REAL:
@@ -103,7 +99,8 @@ class Expressions:
         assert kind is not None
         constant = "" if isinstance(kind, Array) else "const "
         self.scope.emit(f"{constant}{self.unit.declaration(kind, name)} = {value.content};")
-        self.scope.lines.append((self.scope.depth, Unused(name)))  # what it is passed to may be known at translation
+        # what it is passed to may be known at translation
+        self.scope.lines.append((self.scope.depth, Later(name, declares=False)))
         return name
 
     def placed(self, node: ast.AST, value: Value) -> Value:
@@ -161,8 +158,6 @@ class Expressions:
     def known(self, node: ast.AST, found: Any) -> Value:
         """Return a constant of a module."""
         number = found.value if isinstance(found, Constant) else found
-        if isinstance(found, Constant) and isinstance(number, tuple) and not hasattr(number, "_fields"):
-            return Value(self.unit.constant_name(found), None, constant=number)
         if not isinstance(number, bool | int | float):
             raise self.refusal(node, "{} is no number; pass it as an argument")
         if not isinstance(found, Constant):
@@ -240,18 +235,13 @@ class Expressions:
         return f"{size.text} - {-place.constant}" if length is None else str(length + place.constant)
 
     def _item(self, node: ast.Subscript, owner: Value, place: Value) -> Value:
-        """Return an item of a tuple of constants, a shape or a record, whose place must be known."""
+        """Return an item of a shape or a record, whose place must be known."""
         items = owner.type.fields if isinstance(owner.type, Record) else owner.constant or ()
         if place.constant is None or not -len(items) <= place.constant < len(items):
             raise self.refusal(node, f"{{}} must have one constant place, within its {len(items)} items")
-        item = items[place.constant]
-        if isinstance(owner.type, Record):
-            return owner.member(item[0])
-        if isinstance(item, Value):
-            return item
-        number = self.known(node, item)
-        text = f"{owner.text}_{place.constant % len(items)}" if owner.text else number.text
-        return Value(text, number.type, constant=number.constant if number.type == INTEGER else None)
+        item: Any = items[place.constant]
+        found: Value = owner.member(item[0]) if isinstance(owner.type, Record) else item
+        return found
 
     def spread(self, nodes: list[ast.expr]) -> list[Value]:
         """Return values of expressions one by one, also of those with a star, which stand for several."""

@@ -8,7 +8,7 @@ from typing import Any
 
 from controllers.kernels.comments import comment_lines, wrapped_code
 from controllers.kernels.names import c_name, function_name
-from controllers.kernels.scope import Declaration, Scope, Unused, Variable
+from controllers.kernels.scope import Later, Scope, Variable
 from controllers.kernels.sources import Kernel, read_kernel
 from controllers.kernels.statements import Statements
 from controllers.kernels.types import INTEGER, Line, Record, Type, passed_by_pointer
@@ -100,15 +100,15 @@ def _translated(unit: Unit, kernel: Kernel, kinds: tuple[Type, ...], constants: 
     lines = [f"{static} {head}({', '.join(declared) or 'void'})", "{"]
     lines += [f"{'    ' * depth}{text}" for depth, text in opening]
     for depth, item in scope.lines:
-        if isinstance(item, Unused):
-            if not unit.fixed or _uses(texts, c_name(item.name)) > 1:
-                continue  # its declaration is one
-            item = f"(void){c_name(item.name)};"
-        if isinstance(item, Declaration):
+        if isinstance(item, Later) and item.declares:
             variable = scope.variables.get(item.name)
             if variable is None:
                 continue  # its only values are in branches for other sizes
             item = f"{unit.declaration(variable.type, variable.name)};"
+        elif isinstance(item, Later):
+            if not unit.fixed or _uses(texts, c_name(item.name)) > 1:
+                continue  # its declaration is one
+            item = f"(void){c_name(item.name)};"
         lines.append(f"{'    ' * depth}{item}")
     lines.append("}")
     if unit.fixed:

@@ -20,7 +20,7 @@ FUNCTIONS = """
 """Functions of C's library, and the small ones beside kernels, that most exports have."""
 
 OTHER_FUNCTIONS = """
-    larger_integer smaller_integer absolute_integer whole_number from_start copy_array
+    larger_integer smaller_integer absolute_integer whole_number from_start
     log1p tan asin acos atan atan2 sinh cosh tanh acosh atanh floor ceil memmove isfinite isnan isinf isnormal signbit
     abs fdim fma fmax fmin hypot lgamma tgamma erf erfc nan cbrt round trunc rint nearbyint remainder remquo logb ilogb
     scalbn scalbln ldexp frexp modf fmod exp2 log2 log10 nextafter nexttoward lround llround lrint llrint fpclassify

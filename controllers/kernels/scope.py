@@ -33,20 +33,14 @@ class Loop:
 
 
 @dataclass
-class Declaration:
-    """A declaration before the first value is known; written when the function is complete."""
+class Later:
+    """A line of a variable that is written when the function is complete."""
 
     name: str
+    declares: bool  # whether it is a declaration before the first value; else it says that none uses the variable
 
 
-@dataclass
-class Unused:
-    """Stands after a declaration, and says that the variable is not used, where none does."""
-
-    name: str
-
-
-Item = tuple[int, "str | Declaration | Unused"]
+Item = tuple[int, "str | Later"]
 
 
 @dataclass
@@ -116,7 +110,7 @@ class Scope:
             if node.id != "_" and node.id not in self.declared and self.lives_in(node.id, path):
                 if self.counted[node.id] == self.stores[node.id]:
                     continue  # counters are declared by their loops
-                self.lines.append((self.depth, Declaration(node.id)))
+                self.lines.append((self.depth, Later(node.id, declares=True)))
                 self.declared.add(node.id)
 
     def value(self, name: str) -> Value:

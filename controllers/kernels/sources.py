@@ -58,7 +58,7 @@ class Kernel:
 
 @dataclass(frozen=True)
 class Constant:
-    """A named number or tuple of numbers of a module, or a member of an enumeration."""
+    """A named number of a module, or a member of an enumeration."""
 
     name: str
     value: Any
@@ -123,10 +123,10 @@ def resolve(kernel: Kernel, node: ast.expr) -> Any:
     scope = kernel.function.__globals__
     if isinstance(node, ast.Name) and node.id in scope:
         value = scope[node.id]
-        if isinstance(value, bool | int | float | tuple) and not isinstance(value, Enum):
+        if isinstance(value, bool | int | float) and not isinstance(value, Enum):
             return _constant(kernel.function.__module__, node.id, value)
         return value
-    if isinstance(node, ast.Name) and node.id in ("abs", "max", "min", "int", "float", "bool", "range"):
+    if isinstance(node, ast.Name) and node.id in ("abs", "max", "min", "int", "float", "range"):
         return getattr(builtins, node.id)
     if isinstance(node, ast.Attribute):
         owner = resolve(kernel, node.value)
@@ -176,8 +176,4 @@ def _definition(module: str, name: str) -> tuple[str, str]:
             for alias in node.names:
                 if name == (alias.asname or alias.name):
                     return _imported_from(module, node, alias.name)
-    if Path(importlib.import_module(module).__file__ or "").name == "__init__.py":  # names come lazily from a stub
-        for node in ast.parse(Path(str(importlib.import_module(module).__file__) + "i").read_text()).body:
-            if isinstance(node, ast.ImportFrom) and any(alias.name == name for alias in node.names):
-                return _definition(f"{module}.{node.module}", name)
     return module, name

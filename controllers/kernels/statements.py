@@ -25,7 +25,6 @@ class Statements(Assignments):
         self.result: Type | None = ANNOTATED.get(ast.unparse(returns) if returns else "")
         self.constants: list[int | None] = []
         self.natural = True
-        self._gives_nothing = False
         self._commented: set[int] = set()
 
     def body(self) -> None:
@@ -67,8 +66,6 @@ class Statements(Assignments):
                 self._return(statement)
             case ast.Assign(targets=[target]):
                 self.assign(target, statement.value)
-            case ast.Assign(targets=targets):
-                self.assign_all(targets, statement.value)
             case ast.AnnAssign(target=target, value=ast.expr() as value):
                 self.assign(target, value)
             case ast.AugAssign():
@@ -88,7 +85,7 @@ class Statements(Assignments):
                 pass
             case _:
                 shown = ast.unparse(statement).partition("\n")[0]
-                allowed = "assignments, if, for over a range, return and calls"
+                allowed = "assignments, if, for over a range, return and calls; write a statement for each target"
                 if isinstance(statement, ast.While):
                     allowed += "; in firmware a loop over a range replaces while"
                 raise self.refusal(statement, f"{shown!r} has no translation; there are {allowed}")
@@ -253,14 +250,7 @@ class Statements(Assignments):
         node = statement.value
         self.scope.ended = True
         if node is None or (isinstance(node, ast.Constant) and node.value is None):
-            if self.result is not None:
-                raise self.refusal(statement, "it must return a value at its end, as it does elsewhere")
-            self._gives_nothing = True
-            self.scope.emit("return;")
-            return
-        if self._gives_nothing:
-            shown = ast.unparse(statement)
-            raise self.refusal(statement, f"{shown!r} must return what other returns do, and that must have a value")
+            raise self.refusal(statement, "a return without a value: put what follows into the other branch of an if")
         if isinstance(node, ast.Tuple) and not any(isinstance(item, ast.Starred) for item in node.elts):
             values = [self.translate(item) for item in node.elts]
             self._return_several(statement, values)

@@ -16,6 +16,12 @@ from controllers.kernels.sources import Constant, Kernel, resolve
 from controllers.kernels.types import BOOLEAN, INTEGER, REAL, Array, Line, Record, Scalar, Type
 from controllers.kernels.values import Value, open_name
 
+C_PARTS = {
+    (re.search(r"(\w+)\(\w+ \w+[,)]", part) or ("", ""))[1]: f"{part.rstrip()}\n"
+    for part in Path(__file__).with_name("kernels.c").read_text(encoding="ascii").split("\n\n")
+}
+"""The head of a library, and the small functions beside kernels: what Python's operations do and no operator of C."""
+
 Known = float | str | None
 """What is known of a number at translation: its value, ``natural`` where it is not negative, or nothing."""
 
@@ -121,10 +127,10 @@ class Unit:
     def _record_text(self, kind: Record, name: str) -> str:
         texts = described(kind.origin) if kind.origin and self.fixed else {}
         lines, last = [], ""
-        for field, item in kind.fields:
-            said = texts.get(field, "")
+        for member, item in kind.fields:
+            said = texts.get(member, "")
             text, last = "" if said == last else said, said  # what is said of several stands at the first
-            declared = self.declaration(item, c_name(field))
+            declared = self.declaration(item, c_name(member))
             beside = f"    {declared}; /* {text} */"
             if text and len(beside) <= WIDTH and "*/" not in text:
                 lines.append(comment_lines(text, f"    {declared}; ").replace("\n", ""))
@@ -159,17 +165,20 @@ class Unit:
         self.helpers.add(name)
         return f"{name}({', '.join(arguments)})"
 
+    def helper_texts(self) -> list[str]:
+        """Return the definitions of the unit's own small functions, in order."""
+        words = {"STATIC": "static" if self.fixed else "KERNEL", "REAL": self.precision.real}
+        return [re.sub("STATIC|REAL", lambda word: words[word[0]], C_PARTS[name]) for name in sorted(self.helpers)]
+
     def definitions(self) -> str:
         """Return all constants, in firmware with what is said of them, of those that stand together once."""
         lines, last = [], ""
         for name, constant in sorted(self.constants.items()):
             if self.fixed and constant.doc and constant.doc != last:
                 lines += comment_lines(constant.doc).splitlines()
-            last, several = constant.doc, isinstance(constant.value, tuple)
-            for place, value in enumerate(constant.value if several else (constant.value,)):
-                key = f"{name}_{place}" if several else name
-                text = self.precision.literal(value, key)
-                lines.append(f"#define {key} {f'({text})' if text.startswith('-') else text}")
+            last = constant.doc
+            text = self.precision.literal(constant.value, name)
+            lines.append(f"#define {name} {f'({text})' if text.startswith('-') else text}")
         return "\n".join(lines)
 
     def called_in(self, code: str) -> list[Function]:

@@ -45,7 +45,6 @@ from controllers import (
 )
 from controllers.kernels.errors import NotTranslatable
 from controllers.kernels.functions import Translator
-from controllers.kernels.helpers import helper_texts
 from controllers.kernels.literals import DOUBLE, SINGLE
 from controllers.kernels.types import type_of
 from plant import CHANGE_JOINT, SCALE_JOINT, SENSED_VELOCITY, Joint, JointChange
@@ -308,7 +307,7 @@ def text_of(kernel, kinds, precision, fixed):
     except NotTranslatable as error:
         return str(error).rpartition("/")[2]
     parts = [part.text for part in (*unit.structs.values(), *unit.functions.values())]
-    return digest([*parts, *helper_texts(unit.helpers, "double")])
+    return digest([*parts, *unit.helper_texts()])
 
 
 SLOW, HALVED = {"sampling": {"period": 0.03}, "feedback": {"bandwidth": 2.0}}, {"time": 3.0, "friction_scale": 0.5}

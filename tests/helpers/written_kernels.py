@@ -8,7 +8,6 @@ import numpy as np
 from controllers.kernels.language import dispatched, natural
 
 LEVEL = 2.5
-STEPS_OF = (1.5, -2.5, 4.0)
 COUNT = 3
 
 
@@ -76,7 +75,7 @@ def joined(a, b, flag):
     three = True and a > 0.0
     four = (b > 0.0 and False) or flag
     five = -1.0 < a < b <= 2.0
-    return one, two, three, four, five, a > 0.0 or True, bool(flag)
+    return one, two, three, four, five, a > 0.0 or True
 
 
 def first_of(row):
@@ -154,14 +153,9 @@ def changed(row, table, a):
     line[1] = -a
     table[2][1] = 7
     kept = row.size
-    row[:] = a if kept > 2 else 0.0
-    return table[0, 1] + row[2]
-
-
-def copied(row, other, table):
-    row[:] = other
-    table[:, :] = 1
-    return row[0] + table.size
+    for i in range(row.size):
+        row[i] = a if kept > 2 else 0.0
+    return table[0, 1] + row[2] + table.size
 
 
 def exchanged(a, b, body):
@@ -181,13 +175,6 @@ def kept_from_a_loop(row):
         if row[i] > 1.0:
             found = point
     return found
-
-
-def all_alike(a):
-    x = y = Point(a, 2.0 * a)
-    z = w = a + 1.0
-    z += 1.0
-    return x.x + y.y, z, w
 
 
 def made(body, a):
@@ -214,10 +201,9 @@ def is_far(point) -> bool:
 
 
 def fill(row, a):
-    if a < 0.0:
-        return
-    for i in range(row.size):
-        row[i] = a
+    if a >= 0.0:
+        for i in range(row.size):
+            row[i] = a
 
 
 def calls(point, row, a):
@@ -228,7 +214,7 @@ def calls(point, row, a):
 
 
 def items(body):
-    return body[1].x, body.past[0], body.table.shape[1], STEPS_OF[1], STEPS_OF[-1], body.at[-1], math.pi
+    return body[1].x, body.past[0], body.table.shape[1], body.at[-1], math.pi
 
 
 def shadowed(a):
