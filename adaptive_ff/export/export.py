@@ -14,8 +14,7 @@ from controllers import ESTIMATES, STEPS, Controller, Inputs, Output
 from controllers.checks import checked_switch
 from controllers.kernels.functions import Translator
 from controllers.kernels.leaves import leaves
-from controllers.kernels.literals import DOUBLE, SINGLE
-from controllers.kernels.names import FILES, RESERVED
+from controllers.kernels.literals import DOUBLE, FILES, RESERVED, SINGLE
 from controllers.kernels.types import REAL, Array, Record, type_of
 from controllers.kernels.unit import Function
 

@@ -14,7 +14,7 @@ from adaptive_ff.files import staged
 from controllers import Controller, feedback_state
 from controllers.checks import checked_switch
 from controllers.interface import inertia_of
-from controllers.kernels.names import c_name
+from controllers.kernels.literals import c_name
 
 TOLERANCE = {False: 1e-9, True: 7e-5}
 """Largest difference to the recorded run, as a fraction of its largest torque, in double and in single precision.

@@ -19,7 +19,7 @@ from adaptive_ff.export.sample import optional_inputs, unchecked_inputs
 from adaptive_ff.friction.model import unit_of
 from controllers.kernels.comments import comment_lines, joined, plain, summary
 from controllers.kernels.leaves import Leaf, value_at
-from controllers.kernels.names import c_name
+from controllers.kernels.literals import c_name
 from controllers.kernels.types import Array, Line, Record, Type, passed_by_pointer
 
 WIDTH = 100

@@ -2,9 +2,8 @@
 
 import ast
 
-from controllers.kernels.calls import Calls
-from controllers.kernels.names import c_name
-from controllers.kernels.operators import ARITHMETIC
+from controllers.kernels.calls import ARITHMETIC, Calls
+from controllers.kernels.literals import c_name
 from controllers.kernels.scope import Later, Variable
 from controllers.kernels.types import INTEGER, REAL, Array, passed_by_pointer
 from controllers.kernels.values import Value

@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import Any
 
 from controllers.kernels.comments import comment_lines, wrapped_code
-from controllers.kernels.names import c_name, function_name
+from controllers.kernels.literals import c_name, function_name
 from controllers.kernels.scope import Later, Scope, Variable
 from controllers.kernels.sources import Kernel, read_kernel
 from controllers.kernels.statements import Statements

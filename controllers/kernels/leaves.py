@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from controllers.kernels.names import c_name
+from controllers.kernels.literals import c_name
 from controllers.kernels.types import Array, Line, Record, Scalar, Type
 
 

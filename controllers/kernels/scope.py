@@ -4,7 +4,7 @@ import ast
 from collections import Counter
 from dataclasses import dataclass, field
 
-from controllers.kernels.names import RESERVED
+from controllers.kernels.literals import RESERVED
 from controllers.kernels.sources import Kernel
 from controllers.kernels.types import Type
 from controllers.kernels.values import Value

@@ -5,7 +5,7 @@ import re
 
 from controllers.kernels.assignments import Assignments
 from controllers.kernels.comments import plain, section
-from controllers.kernels.names import c_name
+from controllers.kernels.literals import c_name
 from controllers.kernels.scope import Loop, Path, Scope, Variable
 from controllers.kernels.types import BOOLEAN, INTEGER, REAL, Record, Type
 from controllers.kernels.unit import Unit

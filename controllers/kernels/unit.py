@@ -9,8 +9,7 @@ from typing import Any
 
 from controllers.kernels.comments import WIDTH, comment_lines, described, summary
 from controllers.kernels.errors import NotTranslatable
-from controllers.kernels.literals import Precision
-from controllers.kernels.names import c_name
+from controllers.kernels.literals import Precision, c_name
 from controllers.kernels.record import meaning
 from controllers.kernels.sources import Constant, Kernel, resolve
 from controllers.kernels.types import BOOLEAN, INTEGER, REAL, Array, Line, Record, Scalar, Type

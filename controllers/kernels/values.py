@@ -3,7 +3,7 @@
 from dataclasses import dataclass, replace
 from typing import Any
 
-from controllers.kernels.names import c_name
+from controllers.kernels.literals import c_name
 from controllers.kernels.types import INTEGER, Array, Line, Record, Scalar, Type
 
 PRIMARY, UNARY, PRODUCT, SUM, ORDER, EQUALITY, CONJUNCTION, DISJUNCTION, CHOICE = 99, 14, 12, 11, 9, 8, 4, 3, 2
