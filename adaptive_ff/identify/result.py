@@ -183,14 +183,14 @@ class LogIdentification(Reported):
         return np.asarray(static_friction(velocity, self.best.values, shape) + self.value("offset"))
 
     def friction_points(self, bins: int = 30) -> dict[str, Array]:
-        """Return the log's friction over its velocity: means of the torque without all else in bins of velocity."""
+        """Return the friction over velocity: means of the torque without all else in bins of one direction."""
         rows = self.rows
         measured = rows.torque - rows.fitted + self.friction(rows.velocity)
-        edges = np.linspace(float(rows.velocity.min()), float(rows.velocity.max()), bins + 1)
-        at = np.clip(np.digitize(rows.velocity, edges) - 1, 0, bins - 1)
-        count = np.bincount(at, minlength=bins)
+        at = np.floor(rows.velocity * bins / (np.ptp(rows.velocity) or 1.0)).astype(int)  # zero is between two of them
+        at -= at.min()
+        count = np.bincount(at)
         kept = count >= 5
-        mean = [np.bincount(at, one, bins)[kept] / count[kept] for one in (rows.velocity, measured)]
+        mean = [np.bincount(at, one)[kept] / count[kept] for one in (rows.velocity, measured)]
         return {"velocity": mean[0], "torque": mean[1], "count": count[kept].astype(float)}
 
     def to_dict(self) -> dict[str, Any]:
