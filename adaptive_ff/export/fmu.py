@@ -93,9 +93,8 @@ def model_description(export: Export, version: str, token: str) -> str:
     variables = fmu_variables(export)
     return rendered(
         f"modelDescription{version[0]}.xml",
-        prefix=export.prefix,
+        export,
         token=token,
-        title=plain(export.title),
         version=package_version("adaptive-ff"),
         period=repr(export.controller.period),
         units=[item for item in UNITS.items() if any(variable.unit == item[0] for variable in variables)],
@@ -112,10 +111,8 @@ def fmu_source(export: Export, version: str, token: str) -> str:
     getters += [f"instance->estimates[{place}]" for place in range(estimates)]
     return rendered(
         f"fmi{version[0]}.c",
-        prefix=export.prefix,
-        upper=export.upper,
+        export,
         token=token,
-        real=export.precision.real,
         unknown=export.precision.literal(math.nan),
         setters=setters,
         getters=getters,
@@ -136,7 +133,7 @@ def fmu(export: Export, version: str) -> bytes:
     files = {"modelDescription.xml": model_description(export, version, token).encode()}
     files |= {f"sources/{name}": text.encode("ascii") for name, text in sources.items()}
     if version != "2.0":
-        files["sources/buildDescription.xml"] = rendered("buildDescription.xml", prefix=prefix).encode()
+        files["sources/buildDescription.xml"] = rendered("buildDescription.xml", export).encode()
     system = platform.system()
     place = PLATFORMS.get((system, platform.machine()), {}).get(version)
     if place is not None and compiler() is not None:

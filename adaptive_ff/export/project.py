@@ -34,7 +34,7 @@ def project_files(export: Export) -> dict[str, str]:
         f"{prefix}.c": source(export),
         f"{prefix}_selftest.c": self_test(export),
         "main.c": example(export),
-        "CMakeLists.txt": rendered("CMakeLists.txt", prefix=prefix),
+        "CMakeLists.txt": rendered("CMakeLists.txt", export),
     }
 
 
@@ -46,9 +46,7 @@ def self_test(export: Export) -> str:
     tolerance = TOLERANCE[export.single]
     return rendered(
         "selftest.c",
-        prefix=export.prefix,
-        upper=export.upper,
-        real=export.precision.real,
+        export,
         samples=len(recording.inputs),
         tolerance=tolerance,
         largest=max(float(np.max(np.abs(torques))), 1e-300),
@@ -71,14 +69,7 @@ def _rows(export: Export, table: Any) -> str:
 
 def example(export: Export) -> str:
     """Return a program that runs the controller in a loop."""
-    return rendered(
-        "main.c",
-        prefix=export.prefix,
-        upper=export.upper,
-        real=export.precision.real,
-        zero=export.precision.literal(0.0),
-        inertia=_inertia(export),
-    )
+    return rendered("main.c", export, zero=export.precision.literal(0.0), inertia=_inertia(export))
 
 
 def _inertia(export: Export) -> str:

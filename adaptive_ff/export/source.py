@@ -37,19 +37,25 @@ def _environment() -> Environment:
     )
 
 
-def rendered(name: str, **values: Any) -> str:
+def rendered(name: str, export: Export, **values: Any) -> str:
     """Return a file of an export by the name of its template, with the values that stand in it."""
-    return _environment().get_template(f"{name}.jinja").render(values)
+    common = {
+        "export": export,
+        "prefix": export.prefix,
+        "upper": export.upper,
+        "real": export.precision.real,
+        "title": plain(export.title),
+    }
+    return _environment().get_template(f"{name}.jinja").render(common | values)
 
 
 def header(export: Export) -> str:
     """Return the header."""
     cls = type(export.controller).__name__
-    introduction = rendered(
-        "header_comment.txt", title=export.title, version=version("adaptive-ff"), cls=cls, prefix=export.prefix
-    )
+    introduction = rendered("header_comment.txt", export, version=version("adaptive-ff"), cls=cls)
     return rendered(
         "controller.h",
+        export,
         **_common(export),
         introduction=introduction,
         state_size=HEADER.size + export.payload_size,
@@ -70,6 +76,7 @@ def source(export: Export) -> str:
 
     return rendered(
         "controller.c",
+        export,
         **_common(export),
         kernels=_translated(export),
         passed=passed,
@@ -89,11 +96,8 @@ def _common(export: Export) -> dict[str, Any]:
     """Return what both templates are given."""
     unchecked = unchecked_inputs()
     return {
-        "export": export,
         "p": export.prefix,
         "P": export.upper,
-        "title": plain(export.title),
-        "real": export.precision.real,
         "state": export.unit.c_type(export.state),
         "arrays": arrays_of(export.state_leaves),
         "optional": optional_inputs(),

@@ -6,7 +6,7 @@ from typing import Any
 
 from controllers.kernels.comments import joined
 from controllers.kernels.literals import DOUBLE
-from controllers.kernels.record import foreign_files
+from controllers.kernels.sources import identity
 from controllers.kernels.types import REAL, Array, Record, Type, passed_by_pointer, text_of
 from controllers.kernels.unit import C_PARTS, Unit
 
@@ -23,9 +23,7 @@ def library_unit() -> Unit:
 
 def symbol_of(kernels: Sequence[Callable[..., Any]], kinds: tuple[Type, ...]) -> str:
     """Return the name in C of kernels for types of arguments."""
-    names = " ".join(f"{kernel.__module__}.{kernel.__qualname__}" for kernel in kernels)
-    files = " ".join(sorted(foreign_files(kernels, kinds)))
-    key = f"{names} {' '.join(map(text_of, kinds))} {files}"
+    key = " ".join([*map(identity, kernels), *map(text_of, kinds)])
     return f"{kernels[0].__name__.strip('_')}_{hashlib.sha256(key.encode()).hexdigest()[:20]}"
 
 

@@ -9,16 +9,14 @@ else.
 import builtins
 import hashlib
 import importlib
-import os
-import sys
-from collections.abc import Hashable, Iterable, Mapping
+from collections.abc import Hashable, Mapping
 from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from controllers.kernels.language import DISPATCHED
-from controllers.kernels.sources import KERNEL_PACKAGES, package_root
-from controllers.kernels.types import Array, Line, Record, Type
+from controllers.kernels.sources import identity, package_root
+from controllers.kernels.types import Type
 
 
 class Translation(NamedTuple):
@@ -62,29 +60,6 @@ def _hash(path: Path, time: int, size: int) -> str:
     return hashlib.sha256(path.read_bytes()).hexdigest()[:20]
 
 
-def is_ours(thing: Any) -> bool:
-    """Tell whether a function or class is one of the packages."""
-    return thing.__module__.partition(".")[0] in KERNEL_PACKAGES
-
-
-def foreign_files(things: Iterable[Any], kinds: Iterable[Type]) -> set[str]:
-    """Return the files, outside of the packages, of functions and of classes in types: scripts may share names."""
-    found = {_file(thing) for thing in things if not is_ours(thing)}
-    for kind in kinds:
-        if isinstance(kind, Line | Array):
-            found |= foreign_files((), [kind.element])
-        if isinstance(kind, Record):
-            origins = [] if kind.origin is None else [kind.origin]
-            found |= foreign_files(origins, [field for _, field in kind.fields])
-    return found
-
-
-def _file(thing: Any) -> str:
-    file = getattr(sys.modules.get(thing.__module__), "__file__", None)
-    file = getattr(getattr(thing, "__code__", None), "co_filename", file)
-    return os.path.realpath(file) if file else ""
-
-
 def meaning(scope: Mapping[str, Any], name: str) -> str:
     """Return what a name, which may have dots, stands for now."""
     first, *fields = name.split(".")
@@ -92,12 +67,12 @@ def meaning(scope: Mapping[str, Any], name: str) -> str:
     for field in fields:
         found = getattr(found, field)
     if isinstance(found, type) and hasattr(found, "_fields"):
-        return repr((_full_name(found), found._fields, vars(found).get("_field_defaults"), found.__annotations__))
+        return repr((identity(found), found._fields, vars(found).get("_field_defaults"), found.__annotations__))
     if isinstance(found, bool | int | float | tuple):
         return repr(found)
     known: Mapping[Any, Mapping[type, Any]] = DISPATCHED
     chosen = known.get(found, {}) if isinstance(found, Hashable) else {}
-    return repr((_function(found), sorted((_full_name(kind), _function(kernel)) for kind, kernel in chosen.items())))
+    return repr((_function(found), sorted((identity(kind), _function(kernel)) for kind, kernel in chosen.items())))
 
 
 def stands(meanings: Mapping[tuple[str, str], str]) -> bool:
@@ -109,13 +84,6 @@ def stands(meanings: Mapping[tuple[str, str], str]) -> bool:
         return False
 
 
-def _function(found: Any) -> tuple[Any, ...]:
-    """Return what a function is: its name and defaults, and its file where only that tells it from others."""
-    name = _full_name(found)
-    code = None if name[0].partition(".")[0] in KERNEL_PACKAGES else getattr(found, "__code__", None)
-    defaults = getattr(found, "__defaults__", None), getattr(found, "__kwdefaults__", None)
-    return *name, getattr(code, "co_filename", ""), repr(defaults)
-
-
-def _full_name(thing: Any) -> tuple[str, str]:
-    return getattr(thing, "__module__", None) or "", getattr(thing, "__qualname__", "")
+def _function(found: Any) -> tuple[str, str]:
+    """Return what a function is, with its defaults."""
+    return identity(found), repr((getattr(found, "__defaults__", None), getattr(found, "__kwdefaults__", None)))

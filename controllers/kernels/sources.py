@@ -7,6 +7,8 @@ import importlib.util
 import inspect
 import io
 import math
+import os
+import sys
 import tokenize
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -63,6 +65,15 @@ class Constant:
     name: str
     value: Any
     doc: str
+
+
+def identity(thing: Any) -> str:
+    """Return what tells a function or class from others: its name and, as scripts may share names, a foreign file."""
+    module, name = getattr(thing, "__module__", None) or "", getattr(thing, "__qualname__", "")
+    file = getattr(sys.modules.get(module), "__file__", None)
+    file = getattr(getattr(thing, "__code__", None), "co_filename", file)
+    is_ours = not file or module.partition(".")[0] in KERNEL_PACKAGES
+    return f"{module}.{name}" if is_ours else f"{module}.{name} {os.path.realpath(str(file))}"
 
 
 def package_root() -> Path:

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from controllers.kernels.errors import NotTranslatable
+from controllers.kernels.sources import identity
 
 
 @dataclass(frozen=True)
@@ -186,5 +187,5 @@ def text_of(kind: Type | None) -> str:
         return f"{kind.element.kind[0]}[{len(kind.shape)}]"
     if isinstance(kind, Line):
         return f"{text_of(kind.element)}x{kind.length}"
-    name = f"{kind.origin.__module__}.{kind.origin.__qualname__}" if kind.origin else ""
+    name = identity(kind.origin) if kind.origin else ""
     return f"{name}({','.join(text_of(field) for _, field in kind.fields)})"
