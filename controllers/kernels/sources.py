@@ -70,8 +70,8 @@ class Constant:
 def identity(thing: Any) -> str:
     """Return what tells a function or class from others: its name and, as scripts may share names, a foreign file."""
     module, name = getattr(thing, "__module__", None) or "", getattr(thing, "__qualname__", "")
-    file = getattr(sys.modules.get(module), "__file__", None)
-    file = getattr(getattr(thing, "__code__", None), "co_filename", file)
+    file = getattr(sys.modules.get(module), "__file__", None) if isinstance(thing, type) else None
+    file = getattr(getattr(thing, "__code__", None), "co_filename", file)  # of what is compiled there is none
     is_ours = not file or module.partition(".")[0] in KERNEL_PACKAGES
     return f"{module}.{name}" if is_ours else f"{module}.{name} {os.path.realpath(str(file))}"
 

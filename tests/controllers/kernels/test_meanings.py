@@ -4,8 +4,16 @@ import os
 import subprocess
 import sys
 
+import numpy as np
+
+from controllers.kernels.record import meaning
+
 SCRIPT = """
 import sys
+
+import numpy as np
+
+from controllers.kernels.record import meaning
 sys.path.insert(0, sys.argv[1])
 import settings
 from controllers.compiled import compiled
@@ -83,6 +91,10 @@ def test_machine_code_on_disk_holds_for_what_its_names_stood_for(tmp_path):
 
 HELPED = """
 import sys
+
+import numpy as np
+
+from controllers.kernels.record import meaning
 sys.path[:0] = sys.argv[1:]
 from controllers.compiled import compiled
 from helped import kernel
@@ -99,3 +111,7 @@ def test_a_function_of_the_same_name_in_another_file_is_another_one(tmp_path):
         (folder / "helper.py").write_text(f"def help(x):\n    return {factor} * x\n")
         found.append(printed([HELPED, str(tmp_path), str(folder)], tmp_path))
     assert found == [6.0, 10.0, 6.0]
+
+
+def test_a_function_of_a_library_is_the_same_wherever_that_is_installed():
+    assert "site-packages" not in meaning({"np": np}, "np.isfinite")
