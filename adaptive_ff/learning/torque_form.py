@@ -86,22 +86,21 @@ def settle_signals_in_place(form: TorqueForm, signals: Signals, velocity: float)
 
 def advance_friction_in_place(form: TorqueForm, signals: Signals, start: float, end: float, duration: float) -> None:
     """Advance the filters of ``g`` and ``h``, and of ``|h|`` and ``|w|``, over a motion that does not reverse."""
-    if duration <= 0.0:
-        return
-    direction = math.copysign(1.0, start + end) if start + end != 0.0 else 0.0
-    first = stiction_fraction(abs(start), form.stribeck_velocity, form.stribeck_shape)
-    last = stiction_fraction(abs(end), form.stribeck_velocity, form.stribeck_shape)
-    decay = filter_decay(form.pole, duration)
-    slip, slips = direction * (1.0 - first), direction * (1.0 - last)
-    adhesion, adhesions = direction * first, direction * last
-    advance_filter_in_place(signals.filters[FILTER_COULOMB], form.pole, decay, slip, slips, duration)
-    advance_filter_in_place(signals.filters[FILTER_ADHESION], form.pole, decay, adhesion, adhesions, duration)
-    if signals.filters.shape[0] > FILTER_FRACTION:
-        sliding = abs(direction)
-        advance_filter_in_place(
-            signals.filters[FILTER_FRACTION], form.pole, decay, sliding * first, sliding * last, duration
-        )
-        advance_filter_in_place(signals.filters[FILTER_SPEED], form.pole, decay, abs(start), abs(end), duration)
+    if duration > 0.0:
+        direction = math.copysign(1.0, start + end) if start + end != 0.0 else 0.0
+        first = stiction_fraction(abs(start), form.stribeck_velocity, form.stribeck_shape)
+        last = stiction_fraction(abs(end), form.stribeck_velocity, form.stribeck_shape)
+        decay = filter_decay(form.pole, duration)
+        slip, slips = direction * (1.0 - first), direction * (1.0 - last)
+        adhesion, adhesions = direction * first, direction * last
+        advance_filter_in_place(signals.filters[FILTER_COULOMB], form.pole, decay, slip, slips, duration)
+        advance_filter_in_place(signals.filters[FILTER_ADHESION], form.pole, decay, adhesion, adhesions, duration)
+        if signals.filters.shape[0] > FILTER_FRACTION:
+            sliding = abs(direction)
+            advance_filter_in_place(
+                signals.filters[FILTER_FRACTION], form.pole, decay, sliding * first, sliding * last, duration
+            )
+            advance_filter_in_place(signals.filters[FILTER_SPEED], form.pole, decay, abs(start), abs(end), duration)
 
 
 def advance_signals_in_place(

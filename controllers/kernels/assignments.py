@@ -5,7 +5,7 @@ import ast
 from controllers.kernels.calls import ARITHMETIC, Calls
 from controllers.kernels.literals import c_name
 from controllers.kernels.scope import Later, Variable
-from controllers.kernels.types import INTEGER, REAL, Array, passed_by_pointer
+from controllers.kernels.types import INTEGER, REAL, Array, Line, Record, passed_by_pointer
 from controllers.kernels.values import Value
 
 
@@ -19,7 +19,11 @@ class Assignments(Calls):
         elif isinstance(target, ast.Name):
             self._bind(target, self.translate(node))
         else:
-            self._give(target, self._before(target, node))
+            value = self._before(target, node)
+            if isinstance(value.type, Record | Line) and isinstance(target, ast.Subscript):
+                self._spread_over(target, node, value)
+            else:
+                self._give(target, value)
 
     def _give(self, target: ast.expr, value: Value) -> None:
         """Give a target, perhaps one of several, its value."""
@@ -62,6 +66,20 @@ class Assignments(Calls):
         if place.type != value.type:
             raise self.refusal(target, "{} must be given a value of the array's type")
         self.scope.emit(f"{place.text} = {value.text};")
+
+    def _spread_over(self, target: ast.Subscript, node: ast.expr, value: Value) -> None:
+        """Assign the numbers of a tuple to a row of an array, one after another."""
+        base = self.translate(target.value)
+        row = self.element_of(target, base)
+        if not isinstance(row.type, Array) or len(row.type.shape) != 1:
+            raise self.refusal(target, "{} cannot be given a tuple; only a row of an array can")
+        self.scope.writes += 1
+        for place, item in enumerate(self.items(node, value)):
+            if row.type.element == REAL:
+                item = self.as_real(node, item)
+            if item.type != row.type.element:
+                raise self.refusal(node, "{} holds what are no numbers of the array's type")
+            self.scope.emit(f"{row.element(str(place)).text} = {item.text};")
 
     def _bind(self, target: ast.Name, value: Value) -> None:
         """Give a variable a value, and declare it where that is its first."""

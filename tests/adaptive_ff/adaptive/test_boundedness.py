@@ -129,7 +129,6 @@ def test_after_a_second_of_nonsense_it_recovers(value):
 def test_hours_without_excitation_neither_wind_up_nor_blow_up():
     controller = make()
     for reference in (0.0, 0.2):
-        for _ in range(30_000):
-            torque = controller.step(reference, reference, next_reference=reference)
-        assert abs(torque) < 100.0
+        torques = [abs(controller.step(reference, reference, next_reference=reference)) for _ in range(30_000)]
+        assert max(torques[1000:]) <= torques[1000] < 110.0
         check_members(controller)

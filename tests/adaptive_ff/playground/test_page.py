@@ -19,7 +19,7 @@ pytestmark = [
 ]
 
 DRAWN = "new Promise(done => requestAnimationFrame(() => requestAnimationFrame(() => done(true))))"
-ROUNDING = 1e-8  # of the last digits of exp and log in the two libraries, which the estimates amplify
+ROUNDING = 2e-8  # of the last digits of exp and log in the two libraries, which the estimates amplify
 SERIES = ("velocity", "torque", "feedforward", "measured")
 
 

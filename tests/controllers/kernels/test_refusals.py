@@ -68,7 +68,6 @@ def kernel_of(lines, tmp_path, monkeypatch, head="def kernel(x, n, t):"):
         ("t[0, :] = 1.0", 0, "t[0, :] is a slice; write a loop over a range"),
         ("t[:] += 1.0", 0, "t[:] is a slice; write a loop over a range"),
         ("t[:] = 1.0", 0, "t[:] is a slice; write a loop over a range"),
-        ("t[0] = x, x", 0, "t[0] is no number of an array; give an index for each dimension"),
         ("t[0] = 1.0", 0, "t[0] is no number of an array; give an index for each dimension"),
         ("p = (x, x)\np[0] = 1.0", 1, "p[0] cannot be assigned to; make a new tuple"),
         ("return len(t)", 0, "len is not known; write .size or .shape of an array"),
