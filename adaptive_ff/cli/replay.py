@@ -16,7 +16,7 @@ class Learning:
     """Arguments of ``replay_log``."""
 
     inertia: float | None = None  # inertia that is assumed, kg m^2; learnt if not given
-    stribeck_velocity: float | None = None  # stribeck velocity that is assumed, rad/s
+    stribeck_velocity: float | None = None  # Stribeck velocity that is assumed, rad/s
     memory: float | None = None  # memory, s of sliding motion; 5 if not given
     identify: str = "offset"  # what is learnt: symmetric, offset, directions, gravity or directions_and_gravity
     torque_delay: TorqueDelay = None

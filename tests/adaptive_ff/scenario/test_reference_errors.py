@@ -93,10 +93,8 @@ def test_lines_that_are_no_motion(tmp_path, lines, message):
 @pytest.mark.parametrize(
     ("lines", "begin"),
     [
-        (
-            with_line(2, "20,0,0,1"),
-            "the header has 2 names, but row 2 has 4 cells: ",
-        ),  # as decimal commas would make it
+        # as decimal commas would make it
+        (with_line(2, "20,0,0,1"), "the header has 2 names, but row 2 has 4 cells: "),
         (with_line(2, "20,0.1,,7"), "the header has 2 names, but row 2 has 4 cells: "),
         ([GOOD[0], "-1e308,0", "-1e307,0", "0,0", "1e308,0"], "no smooth curve goes through the values: "),
         (with_line(0, ",".join(f'"column\n{i}"' for i in range(100))), "the columns are column 0, column 1"),

@@ -8,8 +8,37 @@ import pytest
 from scenario_files import REMOVED, built_in, changed, write_scenario
 
 from adaptive_ff import InputError, Scenario, TorqueModel, load_scenario
-from adaptive_ff.scenario.content import MAIN_JOB
 from adaptive_ff.scenario.reference import Multisine
+
+MAIN_JOB = ["pi", "fixed", "oracle", "adaptive_paper", "adaptive"]
+
+DESIGNED = {
+    "duration": 60.0,
+    "seed": 1,
+    "joint": {
+        "inertia": 20.0,
+        "coulomb": 60.0,
+        "stiction": 90.0,
+        "viscous": 80.0,
+        "stribeck_velocity": 0.05,
+        "stribeck_shape": 1.0,
+        "friction_lag": 0.02,
+        "solver_period": 0.001,
+    },
+    "sampling": {"period": 0.01},
+    "sensor": {"velocity_noise": 0.002},
+    "actuator": {"torque_limit": 400.0},
+    "reference": {
+        "kind": "multisine",
+        "frequencies": [0.01, 0.05, 0.11, 0.23, 0.41, 0.7, 1.0],
+        "amplitudes": [0.12, 0.1, 0.08, 0.06, 0.05, 0.04, 0.03],
+        "peak": 0.35,
+        "fade_in": 2.0,
+    },
+    "feedback": {"inertia": 20.0, "bandwidth": 10.0},
+    "adaptation": {"stribeck_velocity": 0.05, "stribeck_shape": 1.0},
+    "fixed": {"inertia": 20.0, "coulomb": 60.0, "viscous": 80.0},
+}
 
 
 def load(folder, content):
@@ -24,9 +53,9 @@ def refusal(folder, content):
     return message.removeprefix(f"{folder / 'scenario.toml'}: ")
 
 
-def test_built_in_scenario_is_what_its_file_says():
+def test_built_in_scenario_is_the_designed_one():
     scenario = load_scenario()
-    assert scenario.model_dump(exclude_unset=True) == built_in()
+    assert scenario.model_dump(exclude_unset=True) == DESIGNED
     assert scenario.controllers == MAIN_JOB
     assert scenario.change == []
     assert (scenario.length, scenario.samples, scenario.substeps) == (60.0, 6000, 10)
@@ -36,7 +65,7 @@ def test_built_in_scenario_is_what_its_file_says():
 def test_what_may_be_left_out_has_the_stated_value(tmp_path):
     needed = ("inertia", "coulomb", "stiction", "viscous", "stribeck_velocity")
     least = {
-        "joint": {name: built_in()["joint"][name] for name in needed},
+        "joint": {name: DESIGNED["joint"][name] for name in needed},
         "feedback": {"inertia": 20.0, "bandwidth": 10.0},
         "adaptation": {"stribeck_velocity": 0.05},
     }
@@ -46,8 +75,8 @@ def test_what_may_be_left_out_has_the_stated_value(tmp_path):
     assert (scenario.sampling.period, scenario.sensor.velocity_noise) == (0.01, 0.0)
     assert scenario.actuator.torque_limit is None
     assert scenario.actuator.parameters.torque_limit == math.inf
-    assert scenario.reference == Multisine(**{**built_in()["reference"], "peak": None})
-    assert np.max(np.abs(scenario.reference_velocity())) == pytest.approx(built_in()["reference"]["peak"])
+    assert scenario.reference == Multisine(**{**DESIGNED["reference"], "peak": None})
+    assert np.max(np.abs(scenario.reference_velocity())) == pytest.approx(DESIGNED["reference"]["peak"])
     assert (scenario.adaptation.stribeck_shape, scenario.adaptation.memory) == (1.0, None)
     assert scenario.fixed.model == TorqueModel(0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 1.0)
     assert scenario.change == []

@@ -10,10 +10,6 @@ from controllers.kernels.record import meaning
 
 SCRIPT = """
 import sys
-
-import numpy as np
-
-from controllers.kernels.record import meaning
 sys.path.insert(0, sys.argv[1])
 import settings
 from controllers.compiled import compiled
@@ -91,10 +87,6 @@ def test_machine_code_on_disk_holds_for_what_its_names_stood_for(tmp_path):
 
 HELPED = """
 import sys
-
-import numpy as np
-
-from controllers.kernels.record import meaning
 sys.path[:0] = sys.argv[1:]
 from controllers.compiled import compiled
 from helped import kernel
