@@ -15,7 +15,7 @@ from typing import Any, NamedTuple, TypeVar
 from controllers.kernels.cache_directory import BUILT
 from controllers.kernels.compiler import NoCompiler, compiler
 from controllers.kernels.entry import entry_text, symbol_of
-from controllers.kernels.errors import NotTranslatable
+from controllers.kernels.language import NotTranslatable
 from controllers.kernels.library import is_kept, loaded
 from controllers.kernels.memory import Memory, structure
 from controllers.kernels.sources import read_kernel

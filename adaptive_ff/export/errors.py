@@ -6,7 +6,7 @@ from pathlib import Path
 
 from adaptive_ff.errors import InputError
 from controllers.kernels.compiler import FLAGS, NoCompiler, compile_files
-from controllers.kernels.errors import NotTranslatable
+from controllers.kernels.language import NotTranslatable
 
 
 class NotExportable(InputError):

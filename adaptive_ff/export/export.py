@@ -12,11 +12,11 @@ from adaptive_ff.export.errors import NotExportable, exporting
 from adaptive_ff.export.sample import Recording, check_exportable, new_one, record, regressor_leaf, restarted, switches
 from controllers import ESTIMATES, STEPS, Controller, Inputs, Output
 from controllers.checks import checked_switch
-from controllers.kernels.functions import Translator
 from controllers.kernels.leaves import leaves
 from controllers.kernels.literals import DOUBLE, FILES, RESERVED, SINGLE
+from controllers.kernels.tree import Function
 from controllers.kernels.types import REAL, Array, Record, type_of
-from controllers.kernels.unit import Function
+from controllers.kernels.unit import Unit
 
 
 def as_record(value: Any, where: str) -> Record:
@@ -50,7 +50,7 @@ class Export:
         self.single = single
         self.precision = SINGLE if single else DOUBLE
         self.fresh = new_one(controller)
-        self.unit = Translator(self.precision, prefix, fixed=True)
+        self.unit = Unit(self.precision, prefix, fixed=True)
         self.parameters = as_record(controller.parameters, "parameters")
         self.state = as_record(controller.state, "state")
         self.inputs = as_record(Inputs(*[0.0] * len(Inputs._fields)), "inputs")

@@ -2,23 +2,25 @@
 
 import hashlib
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from controllers.kernels.comments import joined
 from controllers.kernels.literals import DOUBLE
 from controllers.kernels.sources import identity
 from controllers.kernels.types import REAL, Array, Record, Type, passed_by_pointer, text_of
-from controllers.kernels.unit import C_PARTS, Unit
+
+if TYPE_CHECKING:
+    from controllers.kernels.unit import Unit
 
 ROW = Array(REAL, (None,))
 """Type of a row of numbers."""
 
 
-def library_unit() -> Unit:
+def library_unit() -> "Unit":
     """Return a unit of kernels for this machine: sizes are known at run time."""
-    from controllers.kernels.functions import Translator  # a translator is for what has not been compiled yet
+    from controllers.kernels.unit import Unit  # a translator is for what has not been compiled yet
 
-    return Translator(DOUBLE, "aff", fixed=False)
+    return Unit(DOUBLE, "aff", fixed=False)
 
 
 def symbol_of(kernels: Sequence[Callable[..., Any]], kinds: tuple[Type, ...]) -> str:
@@ -27,7 +29,9 @@ def symbol_of(kernels: Sequence[Callable[..., Any]], kinds: tuple[Type, ...]) ->
     return f"{kernels[0].__name__.strip('_')}_{hashlib.sha256(key.encode()).hexdigest()[:20]}"
 
 
-def entry_text(unit: Unit, kernel: Callable[..., Any], kinds: tuple[Type, ...], symbol: str) -> tuple[str, Type | None]:
+def entry_text(
+    unit: "Unit", kernel: Callable[..., Any], kinds: tuple[Type, ...], symbol: str
+) -> tuple[str, Type | None]:
     """Return ``void symbol(arguments, result)`` with both as structs in memory, and what the kernel gives."""
     made = unit.function(kernel, kinds)
     declared = "\n".join(f"    {unit.declaration(kind, f'f{k}')};" for k, kind in enumerate(kinds))
@@ -47,7 +51,7 @@ WHOLE PUBLIC void {symbol}(const void *restrict arguments, void *restrict result
 
 
 def controller_text(
-    unit: Unit, kernels: tuple[Any, Any, Any], kinds: tuple[Type, Type, Type], symbol: str, torque: int
+    unit: "Unit", kernels: tuple[Any, Any, Any], kinds: tuple[Type, Type, Type], symbol: str, torque: int
 ) -> str:
     """Return step, estimates and monitors of a controller, each ``void (parameters, state, row, count)``."""
     parameters, state, inputs = kinds
@@ -87,11 +91,11 @@ def controller_text(
     return "\n".join(texts)
 
 
-def file_text(unit: Unit, entries: Sequence[str]) -> str:
+def file_text(unit: "Unit", entries: Sequence[str]) -> str:
     """Return a file of C: what entries need of a unit, and the entries."""
     return joined(
         [
-            C_PARTS[""],
+            unit.head,
             unit.definitions(),
             *(struct.text for struct in unit.structs.values()),
             *unit.helper_texts(),

@@ -1,10 +1,21 @@
-"""Expressions of kernels in C: numbers, names, what stands behind a dot or in brackets, and what all others need."""
+"""Expressions of kernels, read into a typed tree: names, numbers, elements, operators, calls."""
 
 import ast
-from typing import Any
+import inspect
+import math
+import operator
+from collections import Counter
+from collections.abc import Callable, Hashable
+from dataclasses import replace
+from functools import cache, partial
+from typing import TYPE_CHECKING, Any
 
-from controllers.kernels.scope import Later, Scope
-from controllers.kernels.sources import Constant
+import numpy as np
+
+from controllers.kernels.language import DISPATCHED, call, natural
+from controllers.kernels.literals import RESERVED
+from controllers.kernels.sources import INSTEAD, Constant, Kernel
+from controllers.kernels.tree import Let, Node, Statement, Variable, number
 from controllers.kernels.types import (
     BOOLEAN,
     INTEGER,
@@ -12,24 +23,61 @@ from controllers.kernels.types import (
     Array,
     Line,
     Record,
+    Scalar,
     Type,
     is_within_word,
+    makes_itself,
     passed_by_pointer,
 )
-from controllers.kernels.unit import Unit
-from controllers.kernels.values import PRIMARY, PRODUCT, UNARY, Value
+
+if TYPE_CHECKING:
+    from controllers.kernels.unit import Unit
+
+ARITHMETIC: dict[type, tuple[str, Callable[[Any, Any], Any]]] = {
+    ast.Mult: ("*", operator.mul),
+    ast.Div: ("/", operator.truediv),
+    ast.Add: ("+", operator.add),
+    ast.Sub: ("-", operator.sub),
+}
+ROUNDED: dict[type, tuple[str, str]] = {ast.Mod: ("%", "floored_rest"), ast.FloorDiv: ("/", "floored_quotient")}
+COMPARISONS: dict[type, tuple[str, Callable[[Any, Any], bool]]] = {
+    ast.Lt: ("<", operator.lt),
+    ast.Gt: (">", operator.gt),
+    ast.LtE: ("<=", operator.le),
+    ast.GtE: (">=", operator.ge),
+    ast.Eq: ("==", operator.eq),
+    ast.NotEq: ("!=", operator.ne),
+}
 
 
 class Expressions:
-    """Translates the expressions of one function."""
+    """Reads the expressions of one function; what must be computed before a statement goes into the body before it."""
 
-    def __init__(self, unit: Unit, scope: Scope) -> None:
+    def __init__(self, unit: "Unit", kernel: Kernel) -> None:
         self.unit = unit
-        self.scope = scope
-        self.kernel = scope.kernel
-        self.refusal = scope.kernel.refusal
+        self.kernel = kernel
+        self.refusal = kernel.refusal
+        self.variables: dict[str, Variable] = {}  # those with a value, by their names in Python
+        self.given: set[str] = set()  # variables that have a value here, by whatever way it is reached
+        self.body: list[Statement] = []  # statements so far
+        self.writes = 0  # how often arrays are changed in place so far
+        self.conditional = 0  # how many expressions are open of which C may leave out a part
+        names = [node for node in ast.walk(kernel.tree) if isinstance(node, ast.Name)]
+        self.uses = Counter(node.id for node in names)
+        self.stores = Counter(node.id for node in names if isinstance(node.ctx, ast.Store))
+        arguments = kernel.tree.args
+        self._taken = {*self.uses, *(each.arg for each in (*arguments.args, *arguments.kwonlyargs))}
         self._reading: list[ast.AST] = []
         self._ordered: set[int] = set()
+
+    def fresh(self, wish: str) -> str:
+        """Return a name that is not in use, like the one wished for."""
+        name, count = wish, 1
+        while name in self._taken or name in RESERVED:
+            count += 1
+            name = f"{wish}{count}"
+        self._taken.add(name)
+        return name
 
     def open_statement(self, statement: ast.stmt) -> None:
         """Note what a statement reads and calls: C leaves open in which order parts of an expression are computed."""
@@ -43,160 +91,121 @@ class Expressions:
             open_parts += node.values if isinstance(node, ast.BoolOp) else []
             open_parts += [node.operand] if isinstance(node, ast.UnaryOp) else []
 
-    def check_order(self, node: ast.Call, name: str) -> None:
+    def _check_order(self, node: ast.Call, name: str) -> None:
         """Refuse a call that changes arrays in the midst of an expression that reads elements or calls others."""
-        own = {id(part) for part in ast.walk(node)}
-        others = [part for part in self._reading if id(part) not in own and not self._encloses(part, node)]
+        own = set(ast.walk(node))
+        others = [part for part in self._reading if part not in own and node not in ast.walk(part)]
         if id(node) not in self._ordered and others:
             raise self.refusal(node, f"{name} changes arrays in place; give its result a name in a line before")
 
-    def _encloses(self, part: ast.AST, node: ast.AST) -> bool:
-        return any(child is node for child in ast.walk(part))
-
-    def translate(self, node: ast.expr) -> Value:
-        """Return an expression in C; ``NotTranslatable`` where it has none."""
+    def read(self, node: ast.expr) -> Node:
+        """Return an expression of the tree; ``NotTranslatable`` where it has no translation."""
         method = getattr(self, f"_{type(node).__name__.lower()}", None)
         if method is None:
             allowed = "numbers, names, fields, elements, + - * / **, comparisons, and/or/not, if-else and calls"
             raise self.refusal(node, f"{ast.unparse(node)!r} has no translation; use {allowed}")
-        value: Value = method(node)
+        value: Node = method(node)
         return value
 
-    def as_real(self, node: ast.AST, value: Value) -> Value:
+    def as_real(self, node: ast.AST, value: Node) -> Node:
         """Return a number as a real one; an integer is converted explicitly."""
         if value.type == REAL:
             return value
         if value.type != INTEGER:
             raise self.refusal(node, "{} is no number")
-        if value.constant is not None and value.text.lstrip("-").isdigit():
-            return Value(self.unit.precision.literal(float(value.constant)), REAL, value.rank)
-        return Value(f"({self.unit.precision.real}){value.within(UNARY)}", REAL, UNARY)
+        return number(float(value.constant)) if value.kind == "number" else Node("real", REAL, (value,))
 
-    def condition(self, node: ast.expr) -> Value:
+    def agreeing(self, node: ast.AST, value: Node, kind: Type | None) -> Node:
+        """Return a number as a real one where that is wanted."""
+        return self.as_real(node, value) if kind == REAL else value
+
+    def condition(self, node: ast.expr) -> Node:
         """Return an expression that must be a truth value."""
-        value = self.translate(node)
+        value = self.read(node)
         if value.type != BOOLEAN:
             raise self.refusal(node, "{} is no truth value; compare it, as in x != 0.0")
         return value
 
-    def address(self, node: ast.AST, value: Value) -> str:
-        """Return a pointer to a record; what is no place in memory gets one."""
-        if value.pointer:
-            return value.text
-        if value.root:
-            return f"&{value.within(UNARY)}"
-        return f"&{self.hoisted(node, value)}"
-
-    def hoisted(self, node: ast.AST, value: Value) -> str:
-        """Give a value a name on a line of its own before the statement; return the name."""
-        if self.scope.conditional:
-            raise self.refusal(
-                node, f"{value.text} stands where it may not be computed; give it a name in a line before"
-            )
+    def named(self, node: ast.AST, value: Node) -> Node:
+        """Give a value a name of its own before the statement."""
+        if self.conditional:
+            raise self.refusal(node, "{} stands where it may not be computed; give it a name in a line before")
         kind = value.type
-        wish = kind.name.lower() if isinstance(kind, Record) else "value"
-        name = self.scope.fresh(wish.rpartition("_")[2] if wish.endswith("_result") else wish)
         assert kind is not None
-        constant = "" if isinstance(kind, Array) else "const "
-        self.scope.emit(f"{constant}{self.unit.declaration(kind, name)} = {value.content};")
-        # what it is passed to may be known at translation
-        self.scope.lines.append((self.scope.depth, Later(name, declares=False)))
-        return name
+        wish = kind.name.lower() if isinstance(kind, Record) else "value"
+        name = self.fresh(wish.rpartition("_")[2] if wish.endswith("_result") else wish)
+        variable = Variable(name, kind, natural=value.natural)
+        self.let(variable, value, True)
+        return Node("variable", kind, natural=value.natural, variable=variable)
 
-    def placed(self, node: ast.AST, value: Value) -> Value:
+    def let(self, variable: Variable, value: Node, is_constant: bool) -> None:
+        """Declare a variable with its first value."""
+        assert variable.type is not None
+        self.unit.note(variable.type)
+        self.body.append(Let(variable, value, is_constant))
+
+    def placed(self, node: ast.AST, value: Node) -> Node:
         """Return a value that is a place in memory, with a name of its own where it was none."""
-        return value if value.root else self.named(node, value)
+        return self.named(node, value) if value.root is None else value
 
-    def named(self, node: ast.AST, value: Value) -> Value:
-        """Return a value under a name of its own."""
-        name = self.hoisted(node, value)
-        return Value(name, value.type, root=name, natural=value.natural)
-
-    def passed(self, node: ast.AST, value: Value) -> str:
-        """Return a value as an argument."""
-        kind: Type | None = value.type
-        if kind is None:
-            raise self.refusal(node, f"{value.text} cannot be passed; pass its elements")
-        return self.address(node, value) if passed_by_pointer(kind) else value.content
-
-    def _constant(self, node: ast.Constant) -> Value:
+    def _constant(self, node: ast.Constant) -> Node:
         if not isinstance(node.value, bool | int | float):
             raise self.refusal(node, f"{node.value!r} is no number and has no translation; pass numbers")
-        where = f"{self.kernel.path}:{node.lineno}: {node.value}"
-        return self._literal(node, node.value, where)
+        return self._number(node, node.value, f"{self.kernel.path}:{node.lineno}: {node.value}")
 
-    def _literal(self, node: ast.AST, number: bool | int | float, where: str = "a number") -> Value:
-        if isinstance(number, bool):
-            return Value(self.unit.precision.literal(number), BOOLEAN, constant=number)
-        if isinstance(number, int):
-            self._check_word(node, number)
-            number = int(number)
-            rank = UNARY if number < 0 else PRIMARY
-            return Value(self.unit.precision.literal(number), INTEGER, rank, number, natural=number >= 0)
-        return Value(self.unit.precision.literal(float(number), where), REAL, constant=number)
-
-    def _check_word(self, node: ast.AST, number: int) -> None:
-        if not is_within_word(number):
+    def _number(self, node: ast.AST, value: bool | int | float, where: str = "") -> Node:
+        if isinstance(value, int) and not is_within_word(value):
             raise self.refusal(node, "{} is beyond the 64 bits of integers; write a real number")
+        return number(value, where)
 
-    def _name(self, node: ast.Name) -> Value:
-        if self.scope.stores[node.id] and node.id == "_":
+    def _name(self, node: ast.Name) -> Node:
+        if self.stores[node.id] and node.id == "_":
             raise self.refusal(node, "_ keeps no value; give the variable a name")
-        if self.scope.stores[node.id] and node.id not in self.scope.given:
+        if self.stores[node.id] and node.id not in self.given:
             raise self.refusal(node, f"{node.id} has no value here; give it one before the branch or loop")
-        if node.id in self.scope.variables:
-            return self.scope.value(node.id)
-        return self.known(node, self.unit.resolved(self.kernel, node))
+        if node.id not in self.variables:
+            return self._known(node, self.unit.resolved(self.kernel, node))
+        variable = self.variables[node.id]
+        return Node("variable", variable.type, (), "", variable.constant, variable.natural, variable)
 
     def is_global(self, node: ast.expr) -> bool:
         """Tell whether an expression is a name of the module, or a member of what is one."""
         while isinstance(node, ast.Attribute):
             node = node.value
-        is_name = isinstance(node, ast.Name)
-        return is_name and node.id not in self.scope.variables and not self.scope.stores[node.id]  # type: ignore[attr-defined]
+        return isinstance(node, ast.Name) and node.id not in self.variables and not self.stores[node.id]
 
-    def known(self, node: ast.AST, found: Any) -> Value:
-        """Return a constant of a module."""
-        number = found.value if isinstance(found, Constant) else found
-        if not isinstance(number, bool | int | float):
+    def _known(self, node: ast.AST, found: Any) -> Node:
+        """Return a constant of a module, or a default."""
+        value = found.value if isinstance(found, Constant) else found
+        if not isinstance(value, bool | int | float):
             raise self.refusal(node, "{} is no number; pass it as an argument")
+        known = self._number(node, value)
         if not isinstance(found, Constant):
-            return self._literal(node, number)
-        kind = BOOLEAN if isinstance(number, bool) else INTEGER if isinstance(number, int) else REAL
-        if kind == INTEGER:
-            self._check_word(node, number)  # type: ignore[arg-type]
-        folded = number if kind != REAL else None
-        natural = kind == INTEGER and number >= 0
-        return Value(self.unit.constant_name(found), kind, constant=folded, natural=natural)
+            return known
+        folded = known.constant if known.type != REAL else None
+        return replace(known, kind="constant", name=self.unit.constant_name(found), constant=folded)
 
-    def _attribute(self, node: ast.Attribute) -> Value:
+    def _attribute(self, node: ast.Attribute) -> Node:
         if self.is_global(node):
-            return self.known(node, self.unit.resolved(self.kernel, node))
-        owner = self.translate(node.value)
+            return self._known(node, self.unit.resolved(self.kernel, node))
+        owner = self.read(node.value)
         if isinstance(owner.type, Array) and node.attr in ("size", "shape"):
-            return self.extent(owner, node.attr)
+            sizes = [owner.size(axis) for axis in range(len(owner.type.shape))]
+            return Node("shape", None, tuple(sizes)) if node.attr == "shape" else self._product(sizes)
         try:
             return owner.member(node.attr)
-        except (TypeError, KeyError) as error:
+        except KeyError as error:
             raise self.refusal(node, f"{ast.unparse(node.value)} has no field {node.attr}") from error
 
-    def extent(self, owner: Value, attribute: str) -> Value:
-        """Return ``size`` or ``shape`` of an array."""
-        sizes = [owner.size(axis) for axis in range(len(owner.array.shape))]
-        if attribute == "shape":
-            return Value("", None, constant=tuple(sizes))
-        if owner.array.is_open:
-            rank = PRIMARY if len(sizes) == 1 else PRODUCT
-            return Value(" * ".join(size.text for size in sizes), INTEGER, rank, natural=True)
-        count = 1
-        for size in sizes:
-            count *= size.constant
-        return Value(str(count), INTEGER, constant=count, natural=True)
+    def _product(self, sizes: list[Node]) -> Node:
+        if any(size.constant is None for size in sizes):
+            return sizes[0] if len(sizes) == 1 else Node("operator", INTEGER, tuple(sizes), "*", natural=True)
+        return number(math.prod(size.constant for size in sizes))
 
-    def _subscript(self, node: ast.Subscript) -> Value:
-        return self.element_of(node, self.translate(node.value))
+    def _subscript(self, node: ast.Subscript) -> Node:
+        return self.element_of(node, self.read(node.value))
 
-    def element_of(self, node: ast.Subscript, owner: Value) -> Value:
+    def element_of(self, node: ast.Subscript, owner: Node) -> Node:
         """Return the element that a subscript takes out of what stands before it."""
         indices = node.slice.elts if isinstance(node.slice, ast.Tuple) else [node.slice]
         if any(isinstance(index, ast.Slice) for index in indices):
@@ -205,78 +214,361 @@ class Expressions:
             owner = self._element(node, owner, index)
         return owner
 
-    def _element(self, node: ast.Subscript, owner: Value, index: ast.expr) -> Value:
-        place = self.translate(index)
+    def _element(self, node: ast.Subscript, owner: Node, index: ast.expr) -> Node:
+        place = self.read(index)
         if place.type != INTEGER:
             raise self.refusal(node, f"index {ast.unparse(index)} must be an integer")
-        if owner.type is None or isinstance(owner.type, Record):
-            return self._item(node, owner, place)
+        if isinstance(owner.type, Record) or owner.kind == "shape":
+            count = len(owner.items)
+            if place.constant is None or not -count <= place.constant < count:
+                raise self.refusal(node, f"{{}} must have one constant place, within its {count} items")
+            found: Node = owner.items[place.constant]
+            return found
         if not isinstance(owner.type, Line | Array):
             raise self.refusal(node, "{}: there are no elements in a number")
-        if not owner.root and (isinstance(owner.type, Line) or len(owner.type.shape) > 1):
+        if isinstance(owner.type, Line) or len(owner.type.shape) > 1:
             owner = self.placed(node, owner)
         return owner.element(self._from_start(node, owner, place))
 
-    def _from_start(self, node: ast.Subscript, owner: Value, place: Value) -> str:
+    def _from_start(self, node: ast.Subscript, owner: Node, place: Node) -> Node:
         """Return an index, which counts from the end where it is negative, from the start."""
-        is_line = isinstance(owner.type, Line)
-        size = Value("", INTEGER, constant=owner.type.length) if is_line else owner.size(0)  # type: ignore[union-attr]
+        size = number(owner.type.length) if isinstance(owner.type, Line) else owner.size(0)
         length = size.constant
         if place.constant is None:
-            if is_line and length == 1 and not self.unit.fixed:
-                return "0"  # a computed place would keep compilers from making registers of all around it
-            if place.natural:
-                return place.text
-            return self.unit.helper("from_start", place.text, size.text or str(length))
+            if isinstance(owner.type, Line) and length == 1 and not self.unit.fixed:
+                return number(0)  # a computed place would keep compilers from making registers of all around it
+            return place if place.natural else Node("call", INTEGER, (place, size), "from_start")
         if length is not None and not -length <= place.constant < length:
             raise self.refusal(node, f"{{}} is outside of its {length} elements")
         if place.constant >= 0:
-            return place.text
-        return f"{size.text} - {-place.constant}" if length is None else str(length + place.constant)
+            return place
+        if length is None:
+            return Node("operator", INTEGER, (size, number(-place.constant)), "-")
+        return number(length + place.constant)
 
-    def _item(self, node: ast.Subscript, owner: Value, place: Value) -> Value:
-        """Return an item of a shape or a record, whose place must be known."""
-        items = owner.type.fields if isinstance(owner.type, Record) else owner.constant or ()
-        if place.constant is None or not -len(items) <= place.constant < len(items):
-            raise self.refusal(node, f"{{}} must have one constant place, within its {len(items)} items")
-        item: Any = items[place.constant]
-        found: Value = owner.member(item[0]) if isinstance(owner.type, Record) else item
-        return found
-
-    def spread(self, nodes: list[ast.expr]) -> list[Value]:
+    def spread(self, nodes: list[ast.expr]) -> list[Node]:
         """Return values of expressions one by one, also of those with a star, which stand for several."""
-        values: list[Value] = []
+        values: list[Node] = []
         for node in nodes:
-            values += self._spread(node.value) if isinstance(node, ast.Starred) else [self.translate(node)]
+            values += self._spread(node.value) if isinstance(node, ast.Starred) else [self.read(node)]
         return values
 
-    def _spread(self, node: ast.expr) -> list[Value]:
+    def _spread(self, node: ast.expr) -> list[Node]:
         """Return the elements of a tuple, or of a slice of one with constant ends."""
         ends: list[int | None] = [None, None]
         if isinstance(node, ast.Subscript) and isinstance(node.slice, ast.Slice) and node.slice.step is None:
             for place, end in enumerate((node.slice.lower, node.slice.upper)):
-                ends[place] = None if end is None else self.translate(end).constant
+                ends[place] = None if end is None else self.read(end).constant
                 if end is not None and ends[place] is None:
                     raise self.refusal(node, "{}: the ends of a slice must be constants")
             node = node.value
-        return self.items(node, self.translate(node))[slice(*ends)]
+        return self.items(node, self.read(node))[slice(*ends)]
 
-    def items(self, node: ast.AST, owner: Value) -> list[Value]:
-        """Return all items of a tuple."""
+    def items(self, node: ast.AST, owner: Node, count: int | None = None) -> list[Node]:
+        """Return all items of a tuple, of which there must be so many."""
         if not isinstance(owner.type, Line | Record):
             raise self.refusal(node, "{} is no tuple")
-        owner = self.placed(node, owner)
-        if isinstance(owner.type, Record):
-            return [owner.member(name) for name, _ in owner.type.fields]
-        return [owner.element(str(place)) for place in range(owner.type.length)]  # type: ignore[union-attr]
+        found = self.placed(node, owner).items
+        if count not in (None, len(found)):
+            raise self.refusal(node, f"{{}} gives {len(found)} values, not {count}: there must be a value for each")
+        return found
 
-    def _tuple(self, node: ast.Tuple) -> Value:
+    def _tuple(self, node: ast.Tuple) -> Node:
         """Return a tuple of values of one type; those that a function returns are made by its return statement."""
         values = self.spread(node.elts)
         kinds = {value.type for value in values}
-        if len(kinds) != 1 or None in kinds:
+        kind = kinds.pop() if len(kinds) == 1 else None
+        if kind is None:
             raise self.refusal(node, "{}: a tuple must hold values of one type; use a NamedTuple")
-        kind = kinds.pop()
-        assert kind is not None
-        line = Line(kind, len(values))
-        return Value(f"({self.unit.c_type(line)}){{{{{', '.join(value.content for value in values)}}}}}", line)
+        return self.made(Line(kind, len(values)), values)
+
+    def made(self, kind: Record | Line, values: list[Node]) -> Node:
+        """Return a value of a struct."""
+        self.unit.note(kind)
+        return Node("make", kind, tuple(values))
+
+    def _binop(self, node: ast.BinOp) -> Node:
+        left, right, operation = self.read(node.left), self.read(node.right), type(node.op)
+        if operation is ast.Pow:
+            return self._power(node, left, right)
+        both = left.type == right.type == INTEGER
+        if operation in ROUNDED and both:
+            sign, name = ROUNDED[operation]
+            if left.natural and (right.constant or 0) > 0:  # C rounds to zero, which is down here
+                return Node("operator", INTEGER, (left, right), sign, natural=True)
+            is_natural = right.natural and (left.natural or operation is ast.Mod)
+            return Node("call", INTEGER, (left, right), name, natural=is_natural)
+        if operation not in ARITHMETIC:
+            raise self.refusal(node, "{}: there are + - * / and **, and // and % of integers; use math on reals")
+        sign, fold = ARITHMETIC[operation]
+        if not both or sign == "/":
+            return Node("operator", REAL, (self.as_real(node, left), self.as_real(node, right)), sign)
+        if left.constant is None or right.constant is None:
+            is_natural = left.natural and right.natural and sign != "-"
+            return Node("operator", INTEGER, (left, right), sign, natural=is_natural)
+        known = self._number(node, fold(left.constant, right.constant))
+        if all(value.kind == "number" and value.natural for value in (left, right)):
+            return known
+        return replace(known, kind="operator", parts=(left, right), name=sign)
+
+    def _power(self, node: ast.AST, base: Node, exponent: Node) -> Node:
+        if exponent.type != INTEGER:
+            return Node("math", REAL, (self.as_real(node, base), self.as_real(node, exponent)), "pow")
+        if base.type != REAL or exponent.constant != 2:
+            raise self.refusal(node, "{}: write out powers other than the second as products")
+        return Node("call", REAL, (base,), "square")
+
+    def _unaryop(self, node: ast.UnaryOp) -> Node:
+        if isinstance(node.op, ast.Not):
+            value = self.condition(node.operand)
+            return Node("operator", BOOLEAN, (value,), "!", None if value.constant is None else not value.constant)
+        if isinstance(node.op, ast.USub) and isinstance(node.operand, ast.Constant) and type(node.operand.value) is int:
+            return self._number(node, -node.operand.value)
+        value = self.read(node.operand)
+        if not isinstance(node.op, ast.USub) or value.type not in (REAL, INTEGER):
+            raise self.refusal(node, "{} has no translation; write a number or its negative")
+        if value.constant is None:
+            return Node("operator", value.type, (value,), "-")
+        known = self._number(node, -value.constant)
+        return (
+            known
+            if value.kind == "number" and value.natural
+            else replace(known, kind="operator", parts=(value,), name="-")
+        )
+
+    def _boolop(self, node: ast.BoolOp) -> Node:
+        conjunction, values = isinstance(node.op, ast.And), []
+        for place, operand in enumerate(node.values):
+            self.conditional += place > 0
+            value = self.condition(operand)
+            self.conditional -= place > 0
+            if value.constant is None:
+                values.append(value)
+            elif bool(value.constant) != conjunction:  # decides it, whatever stands to the left: that has no effects
+                return number(not conjunction)
+        if not values:
+            return number(conjunction)
+        return (
+            values[0] if len(values) == 1 else Node("operator", BOOLEAN, tuple(values), "&&" if conjunction else "||")
+        )
+
+    def _compare(self, node: ast.Compare) -> Node:
+        if any(type(operation) not in COMPARISONS for operation in node.ops):
+            raise self.refusal(node, "{}: there are < > <= >= == and !=")
+        parts, right = [], self.read(node.left)
+        for place, (operation, item) in enumerate(zip(node.ops, node.comparators, strict=True)):
+            left, writes = right, self.writes
+            self.conditional += place > 0
+            right = self.read(item)
+            if place + 1 < len(node.ops) and self.writes > writes:
+                right = self.placed(item, right)  # it is compared twice, and changes something once
+            self.conditional -= place > 0
+            parts.append(self._comparison(node, operation, left, right))
+        if all(part.constant is not None for part in parts):
+            return number(all(part.constant for part in parts))
+        return parts[0] if len(parts) == 1 else Node("operator", BOOLEAN, tuple(parts), "&&")
+
+    def _comparison(self, node: ast.Compare, operation: ast.cmpop, left: Node, right: Node) -> Node:
+        """Return two values compared, with what comes of it where that is known."""
+        sign, compare = COMPARISONS[type(operation)]
+        decided = None
+        if {left.type, right.type} <= {INTEGER, REAL} and None not in (left.constant, right.constant):
+            decided = compare(left.constant, right.constant)
+        if left.type != right.type:
+            left, right = self.as_real(node, left), self.as_real(node, right)
+        if not isinstance(left.type, Scalar):
+            raise self.refusal(node, "{} compares what are no numbers")
+        return Node("operator", BOOLEAN, (left, right), sign, decided)
+
+    def _ifexp(self, node: ast.IfExp) -> Node:
+        test = self.condition(node.test)
+        if test.constant is not None:
+            return self.read(node.body if test.constant else node.orelse)
+        self.conditional += 1
+        first, second = self.read(node.body), self.read(node.orelse)
+        self.conditional -= 1
+        if first.type != second.type:
+            first, second = self.as_real(node.body, first), self.as_real(node.orelse, second)
+        return Node("choice", first.type, (test, first, second), natural=first.natural and second.natural)
+
+    def _call(self, node: ast.Call) -> Node:
+        if not self.is_global(node.func):
+            if isinstance(node.func, ast.Attribute) and node.func.attr == "_replace":
+                return self._replaced(node, node.func.value)
+            raise self.refusal(node, f"{ast.unparse(node.func)} is no function of a module")
+        function = self.unit.resolved(self.kernel, node.func)
+        if not callable(function) or not isinstance(function, Hashable):
+            raise self.refusal(node, f"{ast.unparse(node.func)} is no function")
+        given = self.spread(node.args)
+        if function in OPERATIONS:
+            operation, count = OPERATIONS[function]
+            if node.keywords:
+                raise self.refusal(node, "{}: give the values one by one")
+            if count is not None and len(given) != count:
+                raise self.refusal(node, f"{{}} must have {count} arguments")
+            return operation(self, node, given)
+        if isinstance(function, type) and issubclass(function, tuple) and hasattr(function, "_fields"):
+            if makes_itself(function):
+                name = function.__name__
+                raise self.refusal(
+                    node, f"{name} has a __new__ of its own; write a kernel that makes a plain named tuple"
+                )
+            return self._record(node, function, self._bound(node, function, given))
+        return self._call_of(node, function, given)
+
+    def _bound(self, node: ast.Call, function: Callable[..., Any], given: list[Node]) -> list[Node]:
+        """Return values of all arguments, in order: given in their place, by name, and defaults, as in Python."""
+        signature = signature_of(function)
+        if any(keyword.arg is None for keyword in node.keywords):
+            raise self.refusal(node, "{}: name every argument, or give it in its place")
+        if any(each.kind in (each.VAR_POSITIONAL, each.VAR_KEYWORD) for each in signature.parameters.values()):
+            raise self.refusal(node, "{}: a kernel takes its arguments one by one, without *")
+        named = {str(keyword.arg): self.read(keyword.value) for keyword in node.keywords}
+        try:
+            bound = signature.bind(*given, **named).arguments
+        except TypeError as error:
+            raise self.refusal(node, f"{{}}: {error}; name every argument, or give it in its place") from None
+        for name, parameter in signature.parameters.items():
+            if name not in bound:
+                bound[name] = self._known(node, parameter.default)
+            if bound[name].type is None:
+                raise self.refusal(node, f"{{}}: {name} cannot be passed; pass its elements")
+        return [bound[name] for name in signature.parameters]
+
+    def _replaced(self, node: ast.Call, owner: ast.expr) -> Node:
+        """Return a named tuple with other values of the fields that are named."""
+        record = self.read(owner)
+        kind = record.type
+        if not isinstance(kind, Record) or kind.origin is None:
+            raise self.refusal(node, f"{{}}: {ast.unparse(owner)} is no named tuple")
+        names = [keyword.arg for keyword in node.keywords]
+        if node.args or None in names:
+            raise self.refusal(node, "{}: name every field that changes")
+        if unknown := {str(name) for name in names} - {name for name, _ in kind.fields}:
+            raise self.refusal(node, f"{{}}: {kind.name} has no field {min(unknown)}")
+        given = {keyword.arg: self.read(keyword.value) for keyword in node.keywords}
+        record = self.placed(node, record)
+        return self._record(node, kind.origin, [given.get(name) or record.member(name) for name, _ in kind.fields])
+
+    def _record(self, node: ast.Call, origin: Any, values: list[Node]) -> Node:
+        fields: list[tuple[str, Type]] = []
+        for place, name in enumerate(origin._fields):  # integers given for real fields become real
+            if values[place].type == INTEGER and origin.__annotations__.get(name) in (float, "float"):
+                values[place] = self.as_real(node, values[place])
+            kind = values[place].type
+            if kind is None:
+                raise self.refusal(node, "{}: a field has no value")
+            fields.append((name, kind))
+        return self.made(Record(origin.__name__, tuple(fields), origin), values)
+
+    def _call_of(self, node: ast.Call, function: Any, given: list[Node]) -> Node:
+        if function in DISPATCHED:
+            first = given[0].type if given else None
+            chosen = DISPATCHED[function].get(first.origin) if isinstance(first, Record) and first.origin else None
+            if chosen is None:
+                raise self.refusal(node, "{}: no kernel is registered for its first argument")
+            function = chosen
+        if not inspect.isfunction(function):
+            instead = INSTEAD.get(function, "call mathematics or kernels")
+            raise self.refusal(node, f"{ast.unparse(node.func)} has no translation; {instead}")
+        values = self._bound(node, function, given)
+        kinds = tuple(value.type for value in values if value.type is not None)
+        constants = tuple(map(self._relied_on, values))
+        made = self.unit.function(function, kinds, constants, (self.kernel, node))
+        if made.writes:
+            self.writes += 1
+            self._check_order(node, made.name)
+        passed = [self.placed(node, value) if passed_by_pointer(value.type) else value for value in values]
+        return Node("call", made.result, tuple(passed), made.name, made.constant, made.natural)
+
+    def _relied_on(self, value: Node) -> float | str | None:
+        """Return what a kernel may rely on of an argument."""
+        is_known = self.unit.fixed and value.constant is not None
+        if value.type == REAL:
+            return float(value.constant) if is_known and value.root is not None else None  # a parameter
+        if value.type == INTEGER:
+            return int(value.constant) if is_known else "natural" if value.natural else None
+        return None
+
+
+@cache
+def signature_of(function: Callable[..., Any]) -> inspect.Signature:
+    """Return the signature of a kernel or of a class of named tuples."""
+    return inspect.signature(function)
+
+
+Operation = Callable[[Expressions, ast.Call, list[Node]], Node]
+
+
+def _library(name: str, reader: Expressions, node: ast.Call, values: list[Node]) -> Node:
+    return Node("math", REAL, tuple(reader.as_real(node, value) for value in values), name)
+
+
+def _test(name: str, reader: Expressions, node: ast.Call, values: list[Node]) -> Node:
+    return Node("call", BOOLEAN, (reader.as_real(node, values[0]),), name)
+
+
+def _absolute(reader: Expressions, node: ast.Call, values: list[Node]) -> Node:
+    if values[0].type == INTEGER:  # of the least one, itself
+        return Node("call", INTEGER, (values[0],), "absolute_integer")
+    return _library("fabs", reader, node, values)
+
+
+def _choice(name: str, reader: Expressions, node: ast.Call, values: list[Node]) -> Node:
+    """Return the largest or smallest of values: of equal ones, or beside no number, the first."""
+    if len(values) < 2:
+        raise reader.refusal(node, "{}: give the values one by one")
+    integers = all(value.type == INTEGER for value in values)
+    chosen, *others = values if integers else [reader.as_real(node, value) for value in values]
+    for other in others:
+        chosen = Node("call", chosen.type, (chosen, other), f"{name}_integer" if integers else name)
+    return replace(chosen, natural=all(value.natural for value in values))
+
+
+def _integer(reader: Expressions, node: ast.Call, values: list[Node]) -> Node:
+    (value,) = values
+    if value.type == INTEGER:
+        return value
+    if value.type not in (REAL, BOOLEAN):
+        raise reader.refusal(node, "{} is no number")
+    if value.type == BOOLEAN or reader.unit.fixed:
+        return Node("integer", INTEGER, (value,), natural=value.type == BOOLEAN)
+    return Node("call", INTEGER, (value,), "whole_number")
+
+
+def _rounded(name: str, reader: Expressions, node: ast.Call, values: list[Node]) -> Node:
+    """Return the integer that rounding down or up makes of a number."""
+    return values[0] if values[0].type == INTEGER else _integer(reader, node, [_library(name, reader, node, values)])
+
+
+def _natural(reader: Expressions, node: ast.Call, values: list[Node]) -> Node:
+    return replace(_integer(reader, node, values), natural=True)
+
+
+def _call_address(reader: Expressions, node: ast.Call, values: list[Node]) -> Node:
+    *places, row = values
+    if row.type != Array(REAL, (None,)):
+        raise reader.refusal(node, "{}: the last argument must be an array of numbers")
+    reader.writes += 1
+    row = reader.named(node, row) if row.kind == "element" else reader.placed(node, row)
+    return Node("by address", None, (*places, row))
+
+
+ONE = "exp expm1 log log1p sin cos tan asin acos atan sinh cosh tanh asinh sqrt fabs"
+"""Functions of ``math.h`` of one argument, which every machine has."""
+
+OPERATIONS: dict[Any, tuple[Operation, int | None]] = {
+    **{getattr(math, name): (partial(_library, name), 1) for name in ONE.split()},
+    **{getattr(math, name): (partial(_library, name), 2) for name in ("pow", "atan2", "copysign")},
+    **{getattr(module, name): (partial(_test, name), 1) for module in (math, np) for name in ("isfinite", "isnan")},
+    math.floor: (partial(_rounded, "floor"), 1),
+    math.ceil: (partial(_rounded, "ceil"), 1),
+    abs: (_absolute, 1),
+    max: (partial(_choice, "larger"), None),
+    min: (partial(_choice, "smaller"), None),
+    int: (_integer, 1),
+    float: (lambda reader, node, values: reader.as_real(node, values[0]), 1),
+    natural: (_natural, 1),
+    call: (_call_address, 4),
+}
+"""What kernels call beside each other, and how many arguments it takes, if not several."""

@@ -1,8 +1,13 @@
-"""What kernels may call beside mathematics, named tuples and each other."""
+"""What kernels may call beside mathematics, named tuples and each other, and what is said of those that may not be."""
 
 import ctypes
 from collections.abc import Callable, Mapping
 from typing import Any
+
+
+class NotTranslatable(ValueError):
+    """A kernel, or what stands in it, has no translation; one line says where it stands and what to write instead."""
+
 
 DISPATCHED: dict[Callable[..., Any], Mapping[type, Callable[..., Any]]] = {}
 """Kernel for each class of the first argument, by the kernel that chooses."""

@@ -25,13 +25,12 @@ from controllers.kernels.compiler import FLAGS, SUFFIX, NoCompiler, compile_file
 from controllers.kernels.entry import file_text, library_unit
 from controllers.kernels.record import Translation, translation
 from controllers.kernels.types import Type
-from controllers.kernels.unit import Unit
 
 STEPPER = Path(__file__).with_name("_stepper.c")
 EXTENSION_FLAGS = ["-std=c99", "-O2", "-fPIC", "-shared", "-fvisibility=hidden"]
 EXTENSION_FLAGS += ["-undefined", "dynamic_lookup"] if sys.platform == "darwin" else []
 
-Writer = Callable[[Unit], tuple[str, Type | None]]
+Writer = Callable[[Any], tuple[str, Type | None]]
 """Writes entry points for a unit, and says what the kernel gives."""
 
 

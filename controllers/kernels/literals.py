@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from controllers.kernels.errors import NotTranslatable
+from controllers.kernels.language import NotTranslatable
 
 WORDS = """
     auto bool break case char const continue default do double else enum extern false float for goto if inline int

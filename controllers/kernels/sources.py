@@ -18,7 +18,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-from controllers.kernels.errors import NotTranslatable
+from controllers.kernels.language import NotTranslatable
 
 KERNEL_PACKAGES = ("plant", "controllers", "adaptive_ff")
 """Packages of one folder, whose kernels are known by their names."""

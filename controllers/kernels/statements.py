@@ -1,86 +1,146 @@
-"""Statements of kernels in C."""
+"""Statements of kernels, read into a typed tree: which variables there are, where they have a value, what is given."""
 
 import ast
 import re
+from collections import Counter
+from typing import Any
 
-from controllers.kernels.assignments import Assignments
 from controllers.kernels.comments import plain, section
+from controllers.kernels.expressions import ARITHMETIC, Expressions
 from controllers.kernels.literals import c_name
-from controllers.kernels.scope import Loop, Path, Scope, Variable
-from controllers.kernels.types import BOOLEAN, INTEGER, REAL, Record, Type
-from controllers.kernels.unit import Unit
-from controllers.kernels.values import Value
+from controllers.kernels.tree import (
+    Declare,
+    Do,
+    For,
+    Function,
+    Give,
+    If,
+    Node,
+    Plain,
+    Return,
+    Statement,
+    Variable,
+    While,
+    number,
+)
+from controllers.kernels.types import BOOLEAN, INTEGER, REAL, Array, Line, Record, Type, passed_by_pointer
 
 ANNOTATED = {"float": REAL, "int": INTEGER, "bool": BOOLEAN}
 """What a kernel returns, by its annotation."""
 
 
-class Statements(Assignments):
-    """Translates the body of one function."""
+class Statements(Expressions):
+    """Reads one function."""
 
-    def __init__(self, unit: Unit, scope: Scope, name: str) -> None:
-        super().__init__(unit, scope)
+    def function(self, kinds: tuple[Type, ...], constants: tuple[Any, ...], name: str) -> Function:
+        """Return the function for arguments of some types, some of them known."""
+        tree = self.kernel.tree
+        arguments = tree.args
+        if arguments.vararg or arguments.kwarg or arguments.posonlyargs:
+            raise self.refusal(tree, "its arguments must be named one by one")
         self.name = name
-        returns = self.kernel.tree.returns
-        self.result: Type | None = ANNOTATED.get(ast.unparse(returns) if returns else "")
-        self.constants: list[int | None] = []
-        self.natural = True
+        self.result: Type | None = ANNOTATED.get(ast.unparse(tree.returns) if tree.returns else "")
+        self.returned: list[Node] = []
+        self.ended = False  # whether nothing can follow here
+        # those around this place, innermost last: variables that have a value where each goes on, and breaks off
+        self.loops: list[tuple[list[set[str]], list[set[str]]]] = []
+        self.declared: dict[str, Variable] = {}
+        self.counters = Counter(ast.unparse(node.target) for node in ast.walk(tree) if isinstance(node, ast.For))
         self._commented: set[int] = set()
+        given_all = zip([*arguments.args, *arguments.kwonlyargs], kinds, constants, strict=True)
+        taken: list[Variable] = []
+        copies: list[tuple[Variable, Variable]] = []
+        for argument, kind, known in given_all:
+            self._argument(argument.arg, kind, known, taken, copies)
+        body = self._body()
+        constant = self.returned[0] if len(self.returned) == 1 and not self.writes else None
+        is_known = constant is not None and self.result == constant.type and self.result in (INTEGER, BOOLEAN)
+        return Function(
+            name,
+            self.kernel,
+            taken,
+            copies,
+            self.result,
+            body,
+            self.writes > 0,
+            constant.constant if constant is not None and is_known else None,
+            self.result == INTEGER and all(value.natural for value in self.returned),
+        )
 
-    def body(self) -> None:
-        """Translate all statements after the docstring."""
+    def _argument(
+        self, name: str, kind: Type, known: Any, taken: list[Variable], copies: list[tuple[Variable, Variable]]
+    ) -> None:
+        self.unit.note(kind)
+        changes = self.stores[name] > 0
+        variable = self.variables[name] = self.declared[name] = Variable(c_name(name), kind)
+        self.given.add(name)
+        if name == "_" and changes:
+            raise self.refusal(self.kernel.tree, "_ keeps no value; give the argument a name")
+        if passed_by_pointer(kind):
+            if changes:
+                copy, variable = variable, Variable(self.fresh(f"given_{name}"), kind)
+                copies.append((copy, variable))
+            variable.is_pointer = True
+        elif not changes and known is not None:
+            variable.constant = known if isinstance(known, int | float) else None
+            variable.natural = kind == INTEGER and (variable.constant is None or variable.constant >= 0)
+        taken.append(variable)
+
+    def _body(self) -> list[Statement]:
         statements = self.kernel.tree.body
         first = statements[0]
         if isinstance(first, ast.Expr) and isinstance(first.value, ast.Constant):
             self._commented.update(range(first.lineno, (first.end_lineno or first.lineno) + 1))
             statements = statements[1:]
-        self.sequence(statements, ())
-        if not self.scope.ended and self.result is not None:
+        body = self._inner(statements)
+        if not self.ended and self.result is not None:
             raise self.refusal(self.kernel.tree, "it must return a value at its end, as it does elsewhere")
+        return body
 
-    @property
-    def constant(self) -> int | None:
-        """What the function returns, where it does nothing else and that is known."""
-        return self.constants[0] if len(self.constants) == 1 and not self.scope.writes else None
+    def _inner(self, statements: list[ast.stmt]) -> list[Statement]:
+        """Return the statements of a body of their own."""
+        outer, self.body = self.body, []
+        self._sequence(statements)
+        body, self.body = self.body, outer
+        return body
 
-    def sequence(self, statements: list[ast.stmt], path: Path) -> None:
-        """Translate the statements of a sequence, up to one behind which nothing comes."""
+    def _sequence(self, statements: list[ast.stmt]) -> None:
+        """Read the statements of a sequence, up to one behind which nothing comes."""
         for statement in statements:
-            if self.scope.ended:
+            if self.ended:
                 return
-            self._own_comments(statement)
+            self._comments_above(statement)
             if isinstance(statement, ast.If):
-                self._if(statement, path)
+                self._if(statement)
                 continue
             if isinstance(statement, ast.For | ast.While):
-                self.scope.announce(statement, path)
-            start = len(self.scope.lines)
-            if not isinstance(statement, ast.For | ast.While):
+                self._announce(statement)
+            else:
                 self.open_statement(statement)
-            self._statement(statement, path)
-            self._trailing_comment(statement, start)
+            start = len(self.body)
+            self._statement(statement)
+            self._comment_beside(statement, start)
 
-    def _statement(self, statement: ast.stmt, path: Path) -> None:
+    def _statement(self, statement: ast.stmt) -> None:
         match statement:
             case ast.Return():
                 self._return(statement)
-            case ast.Assign(targets=[target]):
-                self.assign(target, statement.value)
+            case ast.Assign(targets=[target], value=value):
+                self._assign(target, value)
             case ast.AnnAssign(target=target, value=ast.expr() as value):
-                self.assign(target, value)
+                self._assign(target, value)
             case ast.AugAssign():
-                self.augment(statement)
+                self._augment(statement)
             case ast.Expr(value=ast.Call() as call):
-                self.scope.emit(f"{self.translate(call).text};")
+                self.body.append(Do(self.read(call)))
             case ast.For():
-                self._for(statement, path)
+                self._for(statement)
             case ast.While() if not self.unit.fixed:
-                self._while(statement, path)
-            case ast.Break() | ast.Continue() if self.scope.loops:
-                loop = self.scope.loops[-1]
-                (loop.breaks if isinstance(statement, ast.Break) else loop.turns).append(set(self.scope.given))
-                self.scope.emit(f"{ast.unparse(statement)};")
-                self.scope.ended = True
+                self._while(statement)
+            case ast.Break() | ast.Continue() if self.loops:
+                self.loops[-1][isinstance(statement, ast.Break)].append(set(self.given))
+                self.body.append(Plain(f"{ast.unparse(statement)};"))
+                self.ended = True
             case ast.Pass():
                 pass
             case _:
@@ -90,8 +150,16 @@ class Statements(Assignments):
                     allowed += "; in firmware a loop over a range replaces while"
                 raise self.refusal(statement, f"{shown!r} has no translation; there are {allowed}")
 
-    def _own_comments(self, statement: ast.stmt) -> None:
-        """Write the comment lines that stand above a statement."""
+    def _announce(self, statement: ast.If | ast.For | ast.While) -> None:
+        """Declare variables that get their first value within a statement and are used outside of its bodies."""
+        inner = [Counter(_names(body)) for body in (statement.body, statement.orelse)]
+        for name in _names([statement], ast.Store):
+            is_new = name != "_" and name not in self.declared and self.counters[name] < self.stores[name]
+            if is_new and all(body[name] < self.uses[name] for body in inner):  # a loop declares its counter
+                self.declared[name] = Variable(c_name(name), None)
+                self.body.append(Declare(self.declared[name]))
+
+    def _comments_above(self, statement: ast.stmt) -> None:
         if not self.unit.fixed:
             return
         line, found = statement.lineno - 1, []
@@ -99,196 +167,263 @@ class Statements(Assignments):
             self._commented.add(line)
             found.append(self.kernel.comments[line][0])
             line -= 1
-        for text in reversed(found):
-            self.scope.emit(f"/* {plain(text)} */")
+        self.body += [Plain(f"/* {plain(text)} */") for text in reversed(found)]
 
-    def _trailing_comment(self, statement: ast.stmt, start: int) -> None:
-        """Write the comment beside a statement, above what it became."""
+    def _comment_beside(self, statement: ast.stmt, start: int) -> None:
+        """Note the comment beside a statement, above what it became."""
         if not self.unit.fixed:
             return
         last = statement.lineno if isinstance(statement, ast.For | ast.If) else statement.end_lineno
-        texts = []
-        for line in range(statement.lineno, (last or statement.lineno) + 1):
-            if line in self.kernel.comments and line not in self._commented:
-                self._commented.add(line)
-                texts.append(plain(self.kernel.comments[line][0]))
-        if texts and len(self.scope.lines) > start:
-            self.scope.lines.insert(start, (self.scope.depth, f"/* {'; '.join(texts)} */"))
+        found = (
+            self.kernel.comments.keys() & {*range(statement.lineno, (last or statement.lineno) + 1)} - self._commented
+        )
+        self._commented |= found
+        if found and len(self.body) > start:
+            texts = "; ".join(plain(self.kernel.comments[line][0]) for line in sorted(found))
+            self.body.insert(start, Plain(f"/* {texts} */"))
 
-    def _if(self, statement: ast.If, path: Path) -> None:
+    def _assign(self, target: ast.expr, node: ast.expr) -> None:
+        if isinstance(target, ast.Tuple):
+            self._unpack(target, node)
+        elif isinstance(target, ast.Name):
+            self._bind(target, self.read(node))
+        else:
+            writes, value = self.writes, self.read(node)  # before the place where it goes, as Python does
+            inner = any(isinstance(part, ast.Call | ast.Subscript) and part is not target for part in ast.walk(target))
+            if self.writes > writes and inner:
+                value = self._kept(node, value)
+            if isinstance(value.type, Record | Line) and isinstance(target, ast.Subscript):
+                self._give_row(target, node, value)
+            else:
+                self._give(target, value)
+
+    def _give(self, target: ast.expr, value: Node) -> None:
+        """Give a target, perhaps one of several, its value."""
+        if isinstance(target, ast.Name):
+            self._bind(target, value)
+        elif isinstance(target, ast.Tuple | ast.List | ast.Starred):
+            raise self.refusal(target, "{} cannot be one of several targets; write a statement for each")
+        else:
+            place = self._place(target)
+            value = self.agreeing(target, value, place.type)
+            if place.type != value.type:
+                raise self.refusal(target, "{} must be given a value of the array's type")
+            self.body.append(Give(place, value))
+
+    def _place(self, target: ast.expr) -> Node:
+        """Return an element of an array that is to be changed."""
+        if not isinstance(target, ast.Subscript):
+            raise self.refusal(target, "{} cannot be assigned to; make a new NamedTuple")
+        base = self.read(target.value)
+        if not isinstance(base.type, Array):
+            raise self.refusal(target, "{} cannot be assigned to; make a new tuple")
+        place = self.element_of(target, self.placed(target, base))
+        if isinstance(place.type, Array):
+            raise self.refusal(target, "{} is no number of an array; give an index for each dimension")
+        self.writes += 1
+        return place
+
+    def _give_row(self, target: ast.Subscript, node: ast.expr, value: Node) -> None:
+        """Give the numbers of a tuple to a row of an array, one after another."""
+        row = self.element_of(target, self.read(target.value))
+        if not isinstance(row.type, Array) or len(row.type.shape) != 1:
+            raise self.refusal(target, "{} cannot be given a tuple; only a row of an array can")
+        self.writes += 1
+        for place, item in enumerate(self.items(node, value)):
+            given = self.agreeing(node, item, row.type.element)
+            if given.type != row.type.element:
+                raise self.refusal(node, "{} holds what are no numbers of the array's type")
+            self.body.append(Give(row.element(number(place)), given))
+
+    def _bind(self, target: ast.Name, value: Node) -> None:
+        """Give a variable a value, and declare it where that is its first."""
+        name, kind = target.id, value.type
+        if name == "_":
+            return
+        if kind is None:
+            raise self.refusal(target, f"{name}: a shape or a tuple of constants has no value; use its items")
+        known = self.variables.get(name)
+        if known is not None and known.type != kind:
+            if (known.type, kind) != (REAL, INTEGER):
+                raise self.refusal(target, f"{name} changes its type; begin with 0.0 for a real number")
+            value = self.as_real(target, value)
+        self.given.add(name)
+        once = self.stores[name] == 1
+        if name in self.declared:
+            variable = self.variables.setdefault(name, self.declared[name])
+            if known is None:
+                variable.type = kind
+                variable.natural = value.natural and (once or self.counters[name] == self.stores[name])
+            self.body.append(Give(Node("variable", kind, variable=variable), value))
+            return
+        variable = self.variables[name] = self.declared[name] = Variable(c_name(name), kind)
+        variable.natural = value.natural and once
+        if once and passed_by_pointer(kind):
+            variable.is_pointer = value.root is not None and value.root.is_pointer
+        elif once and kind in (INTEGER, REAL):
+            variable.constant = value.constant
+        self.let(variable, value, once)
+
+    def _unpack(self, target: ast.Tuple, node: ast.expr) -> None:
+        if isinstance(node, ast.Tuple):
+            values = self.spread(node.elts)
+            if len(values) != len(target.elts):
+                raise self.refusal(target, "{}: there must be a value for each")
+            if _overlap(target, node):
+                values = [self._kept(node, value) for value in values]
+        else:
+            values = self.items(node, self.read(node), len(target.elts))
+        for item, value in zip(target.elts, values, strict=True):
+            self._give(item, value)
+
+    def _kept(self, node: ast.expr, value: Node) -> Node:
+        if isinstance(value.type, Array) and not value.type.is_open:
+            raise self.refusal(node, "{}: give arrays their names one by one")
+        if value.type is None:
+            raise self.refusal(node, "{} has no value; use its items")
+        return self.named(node, value)
+
+    def _augment(self, statement: ast.AugAssign) -> None:
+        target, shown = statement.target, ast.unparse(statement.target)
+        if type(statement.op) not in ARITHMETIC:
+            raise self.refusal(statement, "{}: there are += -= *= and /=")
+        sign = ARITHMETIC[type(statement.op)][0]
+        if isinstance(target, ast.Subscript) and any(isinstance(leaf, ast.Slice) for leaf in ast.walk(target)):
+            raise self.refusal(target, "{} is a slice; write a loop over a range")
+        place = self.read(target) if isinstance(target, ast.Name) else self._place(target)
+        value = self.read(statement.value)
+        if place.type not in (REAL, INTEGER):
+            raise self.refusal(statement, f"{shown} is no number")
+        if place.type == INTEGER and (value.type != INTEGER or sign == "/"):
+            raise self.refusal(statement, f"{shown} changes its type; begin with 0.0")
+        self.body.append(Give(place, self.agreeing(statement.value, value, place.type), sign))
+
+    def _if(self, statement: ast.If) -> None:
         self.open_statement(ast.Expr(statement.test))
         test = self.condition(statement.test)
         if test.constant is not None:  # sizes decide it: the other branch is for other sizes
-            self.scope.folded.add(id(statement))
-            branch, name = (statement.body, "body") if test.constant else (statement.orelse, "orelse")
-            self.sequence(branch, (*path, (id(statement), name)))
+            self._sequence(statement.body if test.constant else statement.orelse)
             return
-        self.scope.announce(statement, path)
-        start, before = len(self.scope.lines), set(self.scope.given)
-        self.scope.emit(f"if ({test.text}) {{")
-        self._trailing_comment(statement, start)
-        self._indented(statement.body, (*path, (id(statement), "body")))
-        ways = [] if self.scope.ended else [self.scope.given]
-        self.scope.given, self.scope.ended = set(before), False
-        if statement.orelse:
-            self._else(statement, path)
-        ways += [] if self.scope.ended else [self.scope.given]
-        self.scope.given, self.scope.ended = set.intersection(*ways) if ways else before, not ways
-        self.scope.emit("}")
+        self._announce(statement)
+        before, ways, bodies = self.given, [], []
+        for body in (statement.body, statement.orelse):
+            self.given = set(before)
+            bodies.append(self._inner(body))
+            ways += [] if self.ended else [self.given]
+            self.ended = False
+        self.body.append(If(test, *bodies))
+        self._comment_beside(statement, len(self.body) - 1)
+        self._go_on(ways, before)
 
-    def _else(self, statement: ast.If, path: Path) -> None:
-        start = len(self.scope.lines)
-        self._indented(statement.orelse, (*path, (id(statement), "orelse")))
-        lines = self.scope.lines[start:]
-        if not lines:
-            return
-        first = lines[0][1]
-        single = len(statement.orelse) == 1 and isinstance(statement.orelse[0], ast.If)
-        if single and isinstance(first, str) and first.startswith("if ("):
-            lines = [(depth - 1, text) for depth, text in lines[:-1]]  # its own closing brace serves both
-            self.scope.lines[start:] = [(self.scope.depth, f"}} else {first}"), *lines[1:]]
-        else:
-            self.scope.lines[start:] = [(self.scope.depth, "} else {"), *lines]
+    def _go_on(self, ways: list[set[str]], before: set[str]) -> None:
+        """Note which variables have a value behind a statement that is left on some ways, or on none."""
+        self.given, self.ended = set.intersection(*ways) if ways else before, not ways
 
-    def _indented(self, statements: list[ast.stmt], path: Path) -> None:
-        self.scope.depth += 1
-        self.sequence(statements, path)
-        self.scope.depth -= 1
-
-    def _for(self, statement: ast.For, path: Path) -> None:
-        header, counter, natural, runs = self._loop_header(statement)
+    def _for(self, statement: ast.For) -> None:
+        counter, start, end, stride = self._header(statement)
         assert isinstance(statement.target, ast.Name)
-        name = statement.target.id
-        outer, before = self.scope.variables.get(name), set(self.scope.given)
-        self.scope.variables[name] = Variable(counter, INTEGER, natural=natural)
-        self.scope.given.add(name)
+        name, before, runs = statement.target.id, set(self.given), None
+        if start.constant is not None and end.constant is not None:
+            runs = (end.constant - start.constant) * stride > 0
+        outer, self.variables[name] = self.variables.get(name), counter
+        self.given.add(name)
         if runs is False:
-            self.scope.given = before
+            self.given = before
         else:
-            self.scope.emit(header)
-            loop = self._repeat(statement, path)
-            self.scope.emit("}")
-            always = runs is True and bool(loop.turns)
-            self.scope.given = set.intersection(*(loop.turns if always else [before]), *loop.breaks)
-        self.scope.given.discard(name)  # a counter is that of its loop
-        del self.scope.variables[name]
+            body, turns, breaks = self._repeat(statement)
+            self.body.append(For(counter, start, end, stride, body))
+            self.given = set.intersection(*(turns if runs and turns else [before]), *breaks)
+        self.given.discard(name)  # a counter is that of its loop
+        del self.variables[name]
         if outer is not None:
-            self.scope.variables[name] = outer
+            self.variables[name] = outer
 
-    def _loop_header(self, statement: ast.For) -> tuple[str, str, bool, bool | None]:
-        """Return a loop's first line, its counter in C, whether that is natural, and whether it runs if that is known.
+    def _header(self, statement: ast.For) -> tuple[Variable, Node, Node, int]:
+        """Return a loop's counter, its start, its end and its stride.
 
         Python evaluates the range once, C its end each time: what the end depends on must stay as it is in the loop.
         """
-        start, end, stride, read = self._range(statement)
-        assert isinstance(statement.target, ast.Name)
-        target = statement.target.id
-        inside = [node for part in statement.body for node in ast.walk(part) if isinstance(node, ast.Name)]
-        changed = {node.id for node in inside if isinstance(node.ctx, ast.Store)}
-        if fixed := (read | {target}) & changed - {"_"}:
-            names = ", ".join(sorted(fixed))
-            raise self.refusal(statement, f"{names} may not change in the loop over {ast.unparse(statement.iter)}")
-        runs: bool | None = None
-        if start.constant is not None and end.constant is not None:
-            runs = start.constant < end.constant if stride == 1 else start.constant > end.constant
-        name = self.scope.fresh("turn") if target == "_" and target in self.scope.variables else c_name(target)
-        is_int = self.unit.fixed and (start.constant is not None or start.root in self.scope.counters)
-        if is_int:
-            self.scope.counters.add(target)
-        natural = start.natural if stride == 1 else end.natural or end.constant == -1
-        sign, change = ("<", "++") if stride == 1 else (">", "--")
-        first = f"{'int' if is_int else 'int64_t'} {name} = {_literal(start)}"
-        return f"for ({first}; {name} {sign} {_literal(end)}; {name}{change}) {{", name, natural, runs
-
-    def _range(self, statement: ast.For) -> tuple[Value, Value, int, set[str]]:
-        """Return start, end and stride of a range, and the names that these depend on."""
         call, shown = statement.iter, ast.unparse(statement).partition("\n")[0]
         if not isinstance(call, ast.Call) or not self._is_range(call) or not isinstance(statement.target, ast.Name):
             raise self.refusal(statement, f"{shown!r} has no translation; write for i in range(...)")
-        ends = self.spread(call.args)
+        ends, target = self.spread(call.args), statement.target.id
         stride = ends[2].constant if len(ends) == 3 else 1
         are_integers = 1 <= len(ends) <= 3 and all(end.type == INTEGER for end in ends)
         if not are_integers or stride not in (1, -1) or statement.orelse:
             rule = "a range must be of integers, by 1 or -1, without else"
             raise self.refusal(statement, f"{shown!r} has no translation; {rule}")
-        read = {node.id for argument in call.args for node in ast.walk(argument) if isinstance(node, ast.Name)}
-        start = ends[0] if len(ends) > 1 else Value("0", INTEGER, constant=0, natural=True)
-        return start, ends[min(len(ends) - 1, 1)], stride, read
+        changed = {target, *_names(call.args)} & set(_names(statement.body, ast.Store)) - {"_"}
+        if changed:
+            names = ", ".join(sorted(changed))
+            raise self.refusal(statement, f"{names} may not change in the loop over {ast.unparse(call)}")
+        start, end = ends[:2] if len(ends) > 1 else (number(0), ends[0])
+        name = self.fresh("turn") if target == "_" and target in self.variables else c_name(target)
+        is_natural = start.natural if stride == 1 else end.natural or end.constant == -1
+        is_int = start.constant is not None or (start.variable is not None and start.variable.is_int)
+        return Variable(name, INTEGER, natural=is_natural, is_int=self.unit.fixed and is_int), start, end, stride
 
     def _is_range(self, call: ast.Call) -> bool:
         is_global = not call.keywords and self.is_global(call.func)
         return is_global and self.unit.resolved(self.kernel, call.func) is range
 
-    def _while(self, statement: ast.While, path: Path) -> None:
+    def _while(self, statement: ast.While) -> None:
         self.open_statement(ast.Expr(statement.test))
-        self.scope.conditional += 1  # nothing may be computed before a test that is made anew each time
+        self.conditional += 1  # nothing may be computed before a test that is made anew each time
         test = self.condition(statement.test)
-        self.scope.conditional -= 1
+        self.conditional -= 1
         if statement.orelse:
             raise self.refusal(statement, "while has no translation with else")
-        before = set(self.scope.given)
+        before = set(self.given)
         if test.constant is False:
             return
-        self.scope.emit(f"while ({test.text}) {{")
-        loop = self._repeat(statement, path)
-        self.scope.emit("}")
-        ways = [*([] if test.constant is True else [before]), *loop.breaks]
-        self.scope.given, self.scope.ended = set.intersection(*ways) if ways else before, not ways
+        body, _, breaks = self._repeat(statement)
+        self.body.append(While(test, body))
+        self._go_on([*([] if test.constant is True else [before]), *breaks], before)
 
-    def _repeat(self, statement: ast.For | ast.While, path: Path) -> Loop:
-        """Translate the statements of a loop; return on which ways they are left."""
-        loop = Loop()
-        self.scope.loops.append(loop)
-        self._indented(statement.body, (*path, (id(statement), "body")))
-        self.scope.loops.pop()
-        if not self.scope.ended:
-            loop.turns.append(self.scope.given)
-        self.scope.ended = False
-        return loop
+    def _repeat(self, statement: ast.For | ast.While) -> tuple[list[Statement], list[set[str]], list[set[str]]]:
+        """Return the statements of a loop, and what has a value where it goes on and where it breaks off."""
+        turns: list[set[str]] = []
+        breaks: list[set[str]] = []
+        self.loops.append((turns, breaks))
+        body = self._inner(statement.body)
+        self.loops.pop()
+        if not self.ended:
+            turns.append(self.given)
+        self.ended = False
+        return body, turns, breaks
 
     def _return(self, statement: ast.Return) -> None:
         node = statement.value
-        self.scope.ended = True
+        self.ended = True
         if node is None or (isinstance(node, ast.Constant) and node.value is None):
             raise self.refusal(statement, "a return without a value: put what follows into the other branch of an if")
         if isinstance(node, ast.Tuple) and not any(isinstance(item, ast.Starred) for item in node.elts):
-            values = [self.translate(item) for item in node.elts]
-            self._return_several(statement, values)
-            return
-        value = self.translate(node)
-        if isinstance(value.type, Record) and value.type.origin is None:  # what another function returned
-            self._return_several(statement, self.so_many(node, value, len(value.type.fields)))
-            return
+            value = self._several(statement, [self.read(item) for item in node.elts])
+        else:
+            value = self.read(node)
+            if isinstance(value.type, Record) and value.type.origin is None:  # what another function returned
+                value = self._several(statement, self.items(node, value))
         if value.type is None:
             raise self.refusal(statement, "a shape or a tuple of constants cannot be returned")
-        self._agree(statement, value.type)
-        self.constants.append(
-            value.constant if self.result == value.type and value.type in (INTEGER, BOOLEAN) else None
-        )
-        self.natural = self.natural and value.natural
-        if self.result == REAL:
-            value = self.as_real(node, value)
-        self.scope.emit(f"return {value.content};")
-
-    def _return_several(self, statement: ast.Return, values: list[Value]) -> None:
-        if isinstance(self.result, Record) and len(self.result.fields) == len(values):
-            fields = zip(self.result.fields, values, strict=True)
-            values = [self.as_real(statement, v) if k == REAL else v for (_, k), v in fields]
-        for value in values:
-            if value.type is None:
-                raise self.refusal(self.kernel.tree, f"{value.text} cannot be returned; return its items")
-        pairs = zip(self._names(values), values, strict=True)
-        record = Record(f"{self.name}_result", tuple((name, value.type) for name, value in pairs))  # type: ignore[misc]
-        self._agree(statement, record)
-        self.scope.emit(f"return {self.unit.compound(record, values)};")
-
-    def _agree(self, statement: ast.Return, kind: Type) -> None:
         if self.result is None:
-            self.result = kind
-        elif self.result != kind and not (self.result == REAL and kind == INTEGER):
+            self.result = value.type
+        elif self.result != value.type and (self.result, value.type) != (REAL, INTEGER):
             raise self.refusal(statement, f"{ast.unparse(statement)!r}: all returns must give values of the same types")
+        self.returned.append(value)
+        self.body.append(Return(self.agreeing(node, value, self.result)))
 
-    def _names(self, values: list[Value]) -> list[str]:
+    def _several(self, statement: ast.Return, values: list[Node]) -> Node:
+        if isinstance(self.result, Record) and len(self.result.fields) == len(values):
+            kinds = [kind for _, kind in self.result.fields]
+            values = [self.agreeing(statement, value, kind) for kind, value in zip(kinds, values, strict=True)]
+        fields: list[tuple[str, Type]] = []
+        for name, value in zip(self._result_names(values), values, strict=True):
+            if value.type is None:
+                raise self.refusal(statement, "{}: what has no value cannot be returned; return its items")
+            fields.append((name, value.type))
+        return self.made(Record(f"{self.name}_result", tuple(fields)), values)
+
+    def _result_names(self, values: list[Node]) -> list[str]:
         """Return names of several values after the docstring's returns, the variables returned, or what they are."""
         documented = list(section(self.kernel.function, "Returns"))
         if len(documented) == len(values) and all(name.isidentifier() for name in documented):
@@ -308,7 +443,16 @@ class Statements(Assignments):
         return names
 
 
-def _literal(value: Value) -> str:
-    """Return the text of an integer, of a known one as such, but for constants of modules, whose names say more."""
-    plain = value.constant is None or value.text == value.text.upper()
-    return value.text if plain else str(value.constant)
+def _names(nodes: list[Any], context: type = ast.expr_context) -> list[str]:
+    """Return the names in some nodes, as often as they stand there."""
+    inner = (node for each in nodes for node in ast.walk(each))
+    return [node.id for node in inner if isinstance(node, ast.Name) and isinstance(node.ctx, context)]
+
+
+def _overlap(target: ast.Tuple, node: ast.Tuple) -> bool:
+    """Tell whether a value may depend on a target before it: Python computes all values first."""
+    stored = {item.id for item in target.elts if isinstance(item, ast.Name)}
+    elements = any(isinstance(item, ast.Subscript) for item in target.elts)
+    later = [leaf for value in node.elts[1:] for leaf in ast.walk(value)]
+    read = elements and any(isinstance(leaf, ast.Subscript | ast.Call) for leaf in later)
+    return read or any(isinstance(leaf, ast.Name) and leaf.id in stored for leaf in later)

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from controllers.kernels.errors import NotTranslatable
+from controllers.kernels.language import NotTranslatable
 from controllers.kernels.sources import identity
 
 
@@ -39,6 +39,11 @@ class Array:
     def is_open(self) -> bool:
         """Whether its sizes are known at run time alone."""
         return None in self.shape
+
+    @property
+    def row(self) -> "Scalar | Array":
+        """Type of what an index takes out of it."""
+        return Array(self.element, self.shape[1:]) if len(self.shape) > 1 else self.element
 
 
 @dataclass(frozen=True)

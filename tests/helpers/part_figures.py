@@ -43,10 +43,10 @@ from controllers import (
     low_pass_velocity,
     plain_state,
 )
-from controllers.kernels.errors import NotTranslatable
-from controllers.kernels.functions import Translator
+from controllers.kernels.language import NotTranslatable
 from controllers.kernels.literals import DOUBLE, SINGLE
 from controllers.kernels.types import type_of
+from controllers.kernels.unit import Unit
 from plant import CHANGE_JOINT, SCALE_JOINT, SENSED_VELOCITY, Joint, JointChange
 from plant import kinds as joints
 
@@ -301,7 +301,7 @@ def export_figures():
 
 
 def text_of(kernel, kinds, precision, fixed):
-    unit = Translator(precision, "x", fixed=fixed)
+    unit = Unit(precision, "x", fixed=fixed)
     try:
         unit.function(kernel, kinds)
     except NotTranslatable as error:

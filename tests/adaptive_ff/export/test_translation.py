@@ -15,10 +15,10 @@ from adaptive_ff.export.errors import NotExportable
 from adaptive_ff.export.export import Export
 from adaptive_ff.export.source import source
 from controllers import STEPS
-from controllers.kernels.errors import NotTranslatable
-from controllers.kernels.functions import Translator
+from controllers.kernels.language import NotTranslatable
 from controllers.kernels.literals import DOUBLE, SINGLE
 from controllers.kernels.types import type_of
+from controllers.kernels.unit import Unit
 
 
 def translated(text, tmp_path, monkeypatch, *arguments, name="kernel", with_structs=False):
@@ -30,7 +30,7 @@ def translated(text, tmp_path, monkeypatch, *arguments, name="kernel", with_stru
     function = getattr(importlib.import_module(module), name)
     try:
         kinds = tuple(type_of(argument, sizes=True) for argument in arguments)
-        unit = Translator(DOUBLE, "x", fixed=True)
+        unit = Unit(DOUBLE, "x", fixed=True)
         whole = unit.function(function, kinds)
         parts = (
             (*unit.structs.values(), *unit.functions.values()) if with_structs else (whole, *unit.functions.values())

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from kernels_from_text import from_text
 
-from controllers.kernels.errors import NotTranslatable
+from controllers.kernels.language import NotTranslatable
 
 
 def kernel_of(lines, tmp_path, monkeypatch):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from kernels_from_text import from_text
 
-from controllers.kernels.errors import NotTranslatable
+from controllers.kernels.language import NotTranslatable
 
 LEAST = -(2**63)
 
@@ -40,6 +40,12 @@ def both(text, arguments, tmp_path, monkeypatch):
          "def moved(p):\n    return p._replace(x=p.y, y=p.x)\n"
          "def kernel(a, b):\n    p = moved(P(a, 2, b))\n    p = p._replace(n=p.n + 1)\n"
          "    q = moved(p)._replace(x=1)\n    return p.x, p.n, p.y, q.x, q.n, q.y\n", (0.5, 1.5)),
+        *(("COUNT = 3\ndef kernel(x, y):\n    if x > 5.0:\n        y = 1.0\n    elif COUNT == 3:\n"
+           "        if x > 1.0:\n            y = 2.0\n        y = y + 10.0\n    return y\n", (x, 0.5))
+          for x in (0.0, 2.0, 6.0)),
+        *(("from controllers.kernels.language import natural\n"
+           "def kernel(t, i, x):\n    return t[1, natural(i) if x > 0.0 else 0]\n",
+           (np.arange(12.0).reshape(3, 4), 3, x)) for x in (-1.0, 1.0)),
     ],
 )  # fmt: skip
 def test_machine_code_does_what_python_does(text, arguments, tmp_path, monkeypatch):

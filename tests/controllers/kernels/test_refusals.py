@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from kernels_from_text import from_text
 
-from controllers.kernels.errors import NotTranslatable
+from controllers.kernels.language import NotTranslatable
 from controllers.kernels.memory import Memory
 from controllers.kernels.types import type_of
 

@@ -15,7 +15,7 @@ from kernels_from_text import from_text
 from written_kernels import Body, Circle, Point, Square
 
 from controllers.compiled import Compiled, compiled
-from controllers.kernels.errors import NotTranslatable
+from controllers.kernels.language import NotTranslatable
 from controllers.kernels.types import BOOLEAN, INTEGER, REAL, Array, Line, Record, type_of
 
 
