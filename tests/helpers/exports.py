@@ -88,7 +88,7 @@ def steps_in_c(runner, rows):
     return np.array([runner.step_in_c(*row.tolist()) for row in rows])
 
 
-def inputs(controller, samples=400):
+def inputs(controller, samples=160):
     """Rows of inputs with jitter, lost samples and missing previews; other ones than the export records."""
     return made_up_inputs(controller.period, samples, seed=102)
 

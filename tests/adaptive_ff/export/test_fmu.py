@@ -85,7 +85,7 @@ def test_further_known_regressors_are_inputs_of_it(tmp_path):
     file = written(tmp_path, made_for_two())
     assert validate_fmu(str(file)) == []
     controller, period = made_for_two().run_uncompiled(), 0.01
-    time = period * np.arange(600)
+    time = period * np.arange(200)
     reference = 0.2 * np.sin(3.0 * time)
     columns = [time, reference, np.roll(reference, 1) * 0.95, np.sin(time), np.cos(2.0 * time)]
     names = ["time", "reference", "velocity", "regressors[0]", "regressors[1]"]

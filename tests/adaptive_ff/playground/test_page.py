@@ -1,15 +1,17 @@
 """The page in headless Chromium: it needs nothing, follows its sliders, and runs what ``compare`` runs."""
 
 import importlib.util
+from unittest.mock import patch
 
 import numpy as np
 import pytest
 from browser import CHROMIUM, Browser
 from command_line import run_command_line
-from nightly import sampled
 
 from adaptive_ff import load_scenario
 from adaptive_ff.comparison.run import simulate
+from adaptive_ff.playground import page as whole
+from adaptive_ff.playground.machines import machines
 from adaptive_ff.simulation.metrics import first_motion
 from adaptive_ff.simulation.tracking_errors import ratios, tracking_errors
 
@@ -23,10 +25,12 @@ ROUNDING = 2e-8  # of the last digits of exp and log in the two libraries, which
 SERIES = ("velocity", "torque", "feedforward", "measured")
 
 
-@pytest.fixture(scope="module")
-def page(tmp_path_factory):
+@pytest.fixture(scope="module", params=[1, pytest.param(3, marks=pytest.mark.nightly)])
+def page(tmp_path_factory, request):
+    """The page of the first machine in every run, of all of them nightly."""
     path = tmp_path_factory.mktemp("playground") / "page.html"
-    assert run_command_line("playground", "--out", path).status == 0
+    with patch.object(whole, "machines", lambda: machines()[: request.param]):
+        assert run_command_line("playground", "--out", path).status == 0
     return path
 
 
@@ -112,7 +116,11 @@ MOVED = {
 }
 
 
-@pytest.mark.parametrize("machine", sampled(MOVED, ["robot joint"]))
+@pytest.mark.parametrize(
+    ("page", "machine"),
+    [(1, "robot joint"), *(pytest.param(3, name, marks=pytest.mark.nightly) for name in MOVED)],
+    indirect=["page"],
+)
 def test_the_file_of_moved_sliders_gives_the_same_series_and_figures(browser, page, tmp_path, machine):
     motion, stops = MOVED[machine]
     opened(browser, page, f"#machine={machine}&motion={motion}")
