@@ -239,7 +239,7 @@ def fit_figures():
 
 def sines(further):
     """Return a log of a joint with a further torque along three sines, one row of ten."""
-    log = sines_log(further, seconds=14)[0]
+    log = sines_log(further, seconds=14, rate=1000)[0]
     return Log(log.name, log.time[::10], log.torque[::10], position=log.position[::10])
 
 

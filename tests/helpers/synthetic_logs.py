@@ -35,12 +35,12 @@ def make_log(duration=30.0, period=0.002, noise=0.0, seed=101, asymmetry=0.0, as
     return Log("log", time, torque, velocity=velocity)
 
 
-def sines_log(further, *, noise=0.02, seconds=30, as_position=True):
+def sines_log(further, *, noise=0.02, seconds=30, rate=500, as_position=True):
     """A log of a joint of 0.5 kg m^2 and 0.5 N m s/rad along three sines, and its largest speed.
 
     ``further(position, velocity)`` is the torque beside, N m.
     """
-    time = np.arange(1000 * seconds) / 1000.0
+    time = np.arange(rate * seconds) / rate
     rates, phases = 2.0 * np.pi * np.array([0.13, 0.37, 0.9]), np.array([0.3, 1.1, 2.0])
     sizes = 2.0 * np.array([0.6, 0.3, 0.1])
     angle = np.outer(time, rates) + phases

@@ -50,7 +50,7 @@ def test_branches_from_rest_and_from_a_reversal_are_the_curve_of_the_source():
 def test_closed_loop_takes_the_energy_of_the_closed_form(stroke):
     # the curve covers 3/4 of a rectangle: a cycle that slides takes 2 Fc (stroke - s/2)
     joint = model(**FLAT).parameters
-    steps = 20_000
+    steps = 5_000
     path = np.concatenate([np.linspace(0.0, stroke, steps + 1), np.linspace(stroke, 0.0, steps + 1)[1:]])
     twice = np.concatenate([path, path[1:]])
     torque = friction_along(joint, twice)[-2 * steps :]

@@ -140,19 +140,19 @@ def compare_in_a_folder(files, *options):
     return outcome
 
 
-@settings(max_examples=40)
+@settings(max_examples=15)
 @given(broken())
 def test_broken_scenario_is_answered_with_one_line(text):
     assert compare_in_a_folder({"scenario.toml": text.encode("utf-8")}).status == 2
 
 
-@settings(max_examples=25)
+@settings(max_examples=12)
 @given(st.binary())
 def test_bytes_are_answered_with_one_line(content):
     assert compare_in_a_folder({"scenario.toml": content}).status == 2
 
 
-@settings(max_examples=40)
+@settings(max_examples=30)
 @given(disturbed())
 def test_disturbed_scenario_runs_or_is_answered_with_one_line(content):
     compare_in_a_folder({"scenario.toml": to_toml(content).encode("utf-8")})
@@ -162,7 +162,7 @@ VALUES = st.integers(-9, 9).map(float) | st.floats(0.0, 10.0) | st.floats(-1e300
 CELLS = st.floats().map(repr) | st.sampled_from(["", " ", "x", "1e3", "0", '"', "1,5"]) | st.text(max_size=3)
 
 
-@settings(max_examples=30)
+@settings(max_examples=20)
 @given(
     st.sampled_from(["time,velocity", "time,position", "position,time,velocity", "time", "a,b"]),
     st.lists(st.lists(CELLS, min_size=1, max_size=3), max_size=8),
@@ -174,7 +174,7 @@ def test_recording_of_anything_is_used_or_answered_with_one_line(header, rows, n
     compare_in_a_folder(files, "--reference", "motion.csv")
 
 
-@settings(max_examples=40)
+@settings(max_examples=25)
 @given(
     st.sampled_from(["velocity", "position"]),
     st.lists(VALUES, min_size=4, max_size=8, unique=True).map(sorted),

@@ -11,14 +11,17 @@ from adaptive_ff.errors import InputError
 from adaptive_ff.studies.sweep import sweep as run_sweep
 from tests.helpers.command_line import run_command_line
 
-distributed = pytest.importorskip("distributed")
-
-
 JOINT = ("--inertia", "0.5", "--torque", "20", "--speed", "6")
 
 
 @pytest.fixture
-def address():
+def distributed():
+    """The package, which takes a second to load: not while tests are collected."""
+    return pytest.importorskip("distributed")
+
+
+@pytest.fixture
+def address(distributed):
     """Address of a scheduler with two worker processes."""
     with distributed.LocalCluster(n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None) as running:
         yield running.scheduler_address
@@ -26,7 +29,9 @@ def address():
 
 @pytest.mark.filterwarnings("ignore")  # what the cluster's own modules warn of is not ours
 @pytest.mark.nightly
-def test_sweep_on_two_worker_processes_outlives_one_of_them_and_goes_on_where_it_stopped(address, tmp_path):
+def test_sweep_on_two_worker_processes_outlives_one_of_them_and_goes_on_where_it_stopped(
+    distributed, address, tmp_path
+):
     file = tmp_path / "joint.toml"
     file.write_text("duration = 3.0\n" + run_command_line("new", *JOINT).out, encoding="utf-8")
     folder, shares = tmp_path / "there", []
@@ -57,7 +62,7 @@ def test_sweep_on_two_worker_processes_outlives_one_of_them_and_goes_on_where_it
 @pytest.mark.filterwarnings("ignore")
 @pytest.mark.parametrize("command", ["sweep", "matrix"])
 @pytest.mark.parametrize("address", ["nothing", "tcp://127.0.0.1:9"])
-def test_scheduler_that_does_not_answer_is_refused_in_one_line(command, address, tmp_path, monkeypatch):
+def test_scheduler_that_does_not_answer_is_refused_in_one_line(distributed, command, address, tmp_path, monkeypatch):
     monkeypatch.setattr(cluster, "PATIENCE", 1)
     monkeypatch.setattr(distributed, "Client", pytest.fail)  # one that finds nobody may block the next one
     done = run_command_line(command, "--scheduler", address, "--out", str(tmp_path / "out"))
@@ -67,7 +72,7 @@ def test_scheduler_that_does_not_answer_is_refused_in_one_line(command, address,
     assert f"--scheduler = {address} is not allowed" in message[0]
 
 
-def test_client_that_does_not_begin_is_an_error_in_one_line(monkeypatch):
+def test_client_that_does_not_begin_is_an_error_in_one_line(distributed, monkeypatch):
     def stalled(address, timeout):
         assert not address  # as its own thread leaves it that has not begun in time
 

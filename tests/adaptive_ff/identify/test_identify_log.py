@@ -19,7 +19,7 @@ def with_torque(log, torque):
 
 @pytest.fixture(scope="module")
 def found():
-    return identify_log(make_log(noise=0.1))
+    return identify_log(make_log(noise=0.1, period=0.004))
 
 
 def test_values_are_those_of_the_joint_and_lie_in_their_intervals(found):
@@ -35,7 +35,7 @@ def test_values_are_those_of_the_joint_and_lie_in_their_intervals(found):
 
 @pytest.mark.parametrize("unit", [1e-3, 1e3])
 def test_estimates_scale_with_the_unit_of_the_torque(found, unit):
-    log = make_log(noise=0.1)
+    log = make_log(noise=0.1, period=0.004)
     scaled = identify_log(with_torque(log, unit * log.torque))
     for name, one in found.parameters.items():
         for end in range(3):
@@ -43,7 +43,7 @@ def test_estimates_scale_with_the_unit_of_the_torque(found, unit):
 
 
 def test_reversed_motion_and_torque_are_the_same_joint(found):
-    log = make_log(noise=0.1)
+    log = make_log(noise=0.1, period=0.004)
     mirrored = identify_log(Log("log", log.time, -log.torque, position=-log.position))
     for name in ("inertia", "coulomb", "viscous"):
         assert mirrored.parameters[name].value == pytest.approx(found.parameters[name].value, rel=1e-6)
@@ -71,7 +71,7 @@ def test_gravity_is_taken_where_it_takes_torque_and_not_on_a_linear_axis():
     found = identify_log(log)
     assert found.gravity == pytest.approx((2.0, 0.3), rel=0.02)
     assert found.value("coulomb") == pytest.approx(0.8, rel=0.02)
-    assert "gravity_sine" not in identify_log(make_log(noise=0.1)).parameters
+    assert "gravity_sine" not in identify_log(make_log(noise=0.1, period=0.004)).parameters
     assert "gravity_sine" not in identify_log(log, linear=True).parameters
     assert "gravity_sine" not in identify_log(log, model="offset").parameters
 
@@ -96,7 +96,7 @@ def test_refinement_is_taken_beside_the_textbook(further, taken, name, true):
 def test_friction_lag_is_found_and_moves_the_inertia():
     log, _ = sines_log(lambda q, w: 0.0 * w, seconds=40)
     velocity = np.gradient(log.position, log.time)
-    decay = np.exp(-0.001 / 0.04)
+    decay = np.exp(-0.002 / 0.04)
     lagged, state = [], 0.0
     for static in np.sign(velocity) + 0.5 * velocity:
         state = static + decay * (state - static)
@@ -176,7 +176,7 @@ def test_a_torque_that_acts_later_is_shifted():
 
 
 def test_other_log_and_held_out_end_are_validated_on():
-    log = make_log(noise=0.1)
+    log = make_log(noise=0.1, period=0.004)
     own = identify_log(log, held_out=0.25)
     assert own.validated_on == "the end of the log"
     assert own.validation == pytest.approx(own.best.left, rel=0.5)
@@ -273,6 +273,6 @@ def test_ten_samples_are_refused():
 
 
 def test_degrees_are_suspected():
-    log = make_log(noise=0.1)
+    log = make_log(noise=0.1, period=0.004)
     found = identify_log(replace(log, position=np.degrees(log.position)))
     assert any("is the motion in degrees" in caution for caution in found.cautions)

@@ -57,7 +57,7 @@ def test_simulated_scenario_has_the_friction_curve_of_the_log(shape, tmp_path):
     speeds = np.array([-1.0, -0.5, -0.2, 0.2, 0.5, 1.0])
     scale = np.max(np.abs(found.friction(speeds)))
     if shape == "gravity":  # a velocity has no position: the weight is part of what is left there
-        again = identify_log(Log("run", run.time, run.torque, position=np.cumsum(run.measured) * 0.001))
+        again = identify_log(Log("run", run.time, run.torque, position=np.cumsum(run.measured) * 0.002))
         assert again.gravity[0] == pytest.approx(found.gravity[0], rel=0.05)
     assert again.friction(speeds) == pytest.approx(found.friction(speeds), abs=0.08 * scale)
 
@@ -159,7 +159,7 @@ def test_friction_that_no_simulator_has_is_named_with_its_number(heavy, kind):
 
 def test_open_loop_follows_another_log_of_the_joint_and_not_one_of_another(heavy):
     log, found = heavy
-    score = score_log(log.part(slice(0, 15000)), log.part(slice(15000, None)))
+    score = score_log(log.part(slice(0, 7500)), log.part(slice(7500, None)))
     assert score.grade == "follows"
     assert score.windows < 0.05 * score.moved
     assert score.found.best.values["inertia"] == pytest.approx(found.value("inertia"), rel=0.02)
@@ -180,7 +180,7 @@ def test_open_loop_follows_another_log_of_the_joint_and_not_one_of_another(heavy
 )
 def test_open_loop_has_friction_that_no_scenario_has(friction):
     log, _ = sines_log(friction)
-    score = score_log(log.part(slice(0, 15000)), log.part(slice(15000, None)), linear=True)
+    score = score_log(log.part(slice(0, 7500)), log.part(slice(7500, None)), linear=True)
     assert score.windows < 0.05 * score.moved
     assert not any("lacks" in caution for caution in score.cautions)
 

@@ -70,7 +70,7 @@ def test_parts_of_a_delayed_run_make_no_difference(part):
 def test_drift_and_position_change_the_friction_that_acts():
     """A joint dragged at nearly constant speed: what the drive must give follows the factor on friction."""
     slow = {"frequencies": [0.001], "amplitudes": [1.0], "peak": 0.3, "fade_in": 1.0}
-    base = SCENARIO.modified(duration=60.0, reference=slow, sensor={"velocity_noise": 0.0}, sampling={"period": 0.001})
+    base = SCENARIO.modified(duration=30.0, reference=slow, sensor={"velocity_noise": 0.0}, sampling={"period": 0.001})
     plain = simulate(base, "pi")
     warming = simulate(base.modified(variation={"warm_up_excess": 0.5, "warm_up_time": 20.0}), "pi")
     wavy = simulate(base.modified(variation={"position_amplitude": 0.2, "position_period": 2.0}), "pi")
@@ -86,7 +86,7 @@ def test_drift_and_position_change_the_friction_that_acts():
 def test_load_and_heat_change_the_friction_that_acts():
     """The same joint under a load, and with friction that heats it."""
     slow = {"frequencies": [0.001], "amplitudes": [1.0], "peak": 0.3, "fade_in": 1.0}
-    base = SCENARIO.modified(duration=60.0, reference=slow, sensor={"velocity_noise": 0.0}, sampling={"period": 0.001})
+    base = SCENARIO.modified(duration=30.0, reference=slow, sensor={"velocity_noise": 0.0}, sampling={"period": 0.001})
     plain, late = simulate(base, "pi"), 5000
     drag, velocity = plain.torque, plain.velocity[:-1]
     loaded = simulate(base.modified(change=[{"time": 1.0, "load": -20.0}], variation={"load_share": 0.01}), "pi")

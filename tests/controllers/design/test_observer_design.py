@@ -21,7 +21,7 @@ def sensitivity_of_the_running_loop(name, bandwidth, delay, period=PERIOD, gains
 
     The impulse comes late, because the first measurement starts the observer.
     """
-    count = 1 << 13
+    count = 1 << 12
     impulse = np.zeros(count)
     impulse[1] = 1.0
     controller = make_observing(name, bandwidth, period=period, gains=gains)
