@@ -88,7 +88,7 @@ def identify_command(
     warn(
         [*found.cautions, *_of_voltage(constant, resistance, voltage, linear), *([] if refused else _of_current(found))]
     )
-    warn_of_skips(found.skipped, "identification.json")
+    warn_of_skips(found.data.skipped, "identification.json")
 
 
 def _write_scenario(found: "LogIdentification", stage: Path) -> str | None:

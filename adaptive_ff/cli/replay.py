@@ -60,4 +60,4 @@ def replay_command(
         if save_state is not None:
             results.beside[save_state].write_text(found.state_to_json(), encoding="utf-8")
         results.shown.append(f"Plots and replay.json are in {output.out}")
-    warn_of_skips(found.skipped, "replay.json")
+    warn_of_skips(found.data.skipped, "replay.json")

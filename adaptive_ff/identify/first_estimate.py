@@ -3,7 +3,7 @@
 import math
 from collections.abc import Sequence
 from statistics import NormalDist
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 from adaptive_ff.errors import InputError, check_positive
 from adaptive_ff.friction.identifying import ALL_CHOICES, check_parameters
@@ -33,43 +33,6 @@ LARGEST_FRACTION = 0.9
 """Largest fraction by which friction varies over the position."""
 
 
-class FirstEstimate(NamedTuple):
-    """Arguments of :class:`AdaptiveController` that an identification gives, beside its gains and period.
-
-    Attributes
-    ----------
-    inertia : float
-        Inertia, kg m^2 (kg); design the gains for it.
-    stribeck_velocity, stribeck_shape : float
-        Stribeck velocity, rad/s (m/s), and shape factor.
-    parameters : tuple of str
-        What the controller is to identify.
-    model : dict of float
-        First model: fields of ``TorqueModel``, and gravity.
-    deviation : dict of float
-        Standard deviations in the units of ``model``, by name; not named is what the log does not bound.
-    position_periods : tuple of float
-        Known periods that friction depends on, rad (m).
-    position_hats : int
-        Number of hats of friction over position.
-    position_range : tuple of float or None
-        Positions of the first and of the last hat, rad (m).
-    position_map : tuple of float or None
-        Cosine and sine of each period, then the hats, over friction; None where it does not depend on position.
-    """
-
-    inertia: float
-    stribeck_velocity: float
-    stribeck_shape: float
-    parameters: tuple[str, ...]
-    model: dict[str, float]
-    deviation: dict[str, float]
-    position_periods: tuple[float, ...] = ()
-    position_hats: int = 0
-    position_range: tuple[float, float] | None = None
-    position_map: tuple[float, ...] | None = None
-
-
 def torque_model(found: "LogIdentification", torque_constant: float | None = None) -> TorqueModel:
     """Return the best model as the torque model of a controller; ``torque_constant`` (N m/A) of a current.
 
@@ -91,7 +54,7 @@ def torque_model(found: "LogIdentification", torque_constant: float | None = Non
         friction_lag=found.value("friction_lag") or (0.0 if found.value("path") else ASSUMED_LAG),
         stribeck_velocity=found.value("stribeck_velocity")
         if excess
-        else float(f"{SLOW * float(abs(found.rows.velocity).max()):.3g}"),
+        else float(f"{SLOW * float(abs(found.data.velocity).max()):.3g}"),
         stribeck_shape=1.0,
         offset=known.get("offset", 0.0),
         viscous_asymmetry=known.get(ASYMMETRY, 0.0),
@@ -101,8 +64,11 @@ def torque_model(found: "LogIdentification", torque_constant: float | None = Non
 
 def first_estimate(
     found: "LogIdentification", torque_constant: float | None = None, parameters: Sequence[str] | None = None
-) -> FirstEstimate:
-    """Return what an adaptive controller begins with: arguments of ``AdaptiveController``, by name.
+) -> dict[str, Any]:
+    """Return what an adaptive controller begins with: arguments of ``AdaptiveController`` beside gains and period.
+
+    The standard deviations are in the units of the first model; one that is not named is not bounded by the log. Where
+    friction depends on position, its map is among the arguments.
 
     Parameters
     ----------
@@ -128,20 +94,31 @@ def first_estimate(
             deviation[name] = half / normal
     if "coulomb" in deviation:
         deviation.setdefault("stiction", deviation["coulomb"])
-    deviation = {name: value for name, value in deviation.items() if math.isfinite(value) and value > 0.0}
-    first = FirstEstimate(model.inertia, model.stribeck_velocity, model.stribeck_shape, names, values, deviation)
-    place, coulomb = found.place, found.value("coulomb")
+    return {
+        "inertia": model.inertia,
+        "stribeck_velocity": model.stribeck_velocity,
+        "stribeck_shape": model.stribeck_shape,
+        "parameters": names,
+        "model": values,
+        "deviation": {name: value for name, value in deviation.items() if math.isfinite(value) and value > 0.0},
+        **_over_position(found),
+    }
+
+
+def _over_position(found: "LogIdentification") -> dict[str, Any]:
+    """Return the arguments of friction that depends on position, over Coulomb friction; none where it does not."""
+    place, coulomb = found.data.place, found.value("coulomb")
     if not any(f"friction_{name}" in found.best.values for name in place.names) or coulomb <= 0.0:
-        return first
+        return {}
     waves = [f"{part}_{number}" for number in range(1, len(place.periods) + 1) for part in ("cosine", "sine")]
     hats = [f"hat_{number}" for number in range(1, place.hats + 1)]
     fractions = [found.value(f"friction_{name}") / coulomb for name in (*waves, *hats)]
-    return first._replace(
-        position_periods=place.periods,
-        position_hats=place.hats,
-        position_range=(place.low, place.high) if place.hats else None,
-        position_map=tuple(min(max(fraction, -LARGEST_FRACTION), LARGEST_FRACTION) for fraction in fractions),
-    )
+    return {
+        "position_periods": place.periods,
+        "position_hats": place.hats,
+        "position_range": (place.low, place.high) if place.hats else None,
+        "position_map": tuple(min(max(one, -LARGEST_FRACTION), LARGEST_FRACTION) for one in fractions),
+    }
 
 
 def _suiting(found: "LogIdentification") -> tuple[str, ...]:

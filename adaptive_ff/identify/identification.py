@@ -9,7 +9,7 @@ from adaptive_ff.errors import InputError, check_kind, check_positive
 from adaptive_ff.identify.columns import ASYMMETRY, TEXTBOOK, Map, Shape
 from adaptive_ff.identify.preparation import Prepared, prepare
 from adaptive_ff.identify.regression import NOT_NEGATIVE, Model
-from adaptive_ff.identify.result import LogIdentification, Recording
+from adaptive_ff.identify.result import LogIdentification
 from adaptive_ff.identify.selection import Selection, select
 from adaptive_ff.identify.units import LINEAR, ROTARY, of_current
 from adaptive_ff.learning.confidence import check_confidence
@@ -123,18 +123,10 @@ def identify_log(
         name = "the end of the log" if validation is None else validation.name
         said += [] if validation is None else [f"{name}: {sentence}" for sentence in measured.said]
     return LogIdentification(
-        name=log.name,
-        units=of_current(units) if is_current else units,
+        data,
+        of_current(units) if is_current else units,
         **selection._asdict(),
         confidence=confidence,
-        bandwidth=data.band,
-        period=data.period,
-        samples=data.log.time.size,
-        used=data.used,
-        skipped=data.skipped,
-        place=place,
-        rows=Recording(data.time, data.position, data.velocity, data.torque, data.modelled(best)),
-        motion=max(data.rows, key=lambda rows: rows.time.size),
         narrowed_by=narrowing_motion(data, selection.textbook.model),
         validation=error,
         validated_on=name,

@@ -74,6 +74,11 @@ class Prepared(NamedTuple):
     load: tuple[float, ...] = ()
 
     @property
+    def longest(self) -> Rows:
+        """The longest segment."""
+        return max(self.rows, key=lambda rows: rows.time.size)
+
+    @property
     def noise(self) -> dict[str, float]:
         """Variance of the noise of the measured motion in a row, by column."""
         noise = self.found.noise

@@ -2,18 +2,19 @@
 
 import math
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from adaptive_ff.identify import first_estimate as first
 from adaptive_ff.identify import simulators
-from adaptive_ff.identify.columns import Map, static_friction
-from adaptive_ff.identify.motion import Array, Rows
+from adaptive_ff.identify.columns import static_friction
+from adaptive_ff.identify.motion import Array
+from adaptive_ff.identify.preparation import Prepared
 from adaptive_ff.identify.regression import Fit, Parameter
 from adaptive_ff.identify.units import unit_of
-from adaptive_ff.logs.defects import Skipped
 from adaptive_ff.reported import Reported
 
 GOOD, CARE, UNUSABLE = "good", "usable with care", "not usable"
@@ -28,24 +29,14 @@ NEEDED = ("inertia", "coulomb", "viscous")
 """What a simulated joint needs."""
 
 
-class Recording(NamedTuple):
-    """Rows of the log in its band: time (s), position (rad), velocity (rad/s), torque and the model's torque (N m)."""
-
-    time: Array
-    position: Array
-    velocity: Array
-    torque: Array
-    fitted: Array
-
-
 @dataclass(frozen=True, eq=False, repr=False)
 class LogIdentification(Reported):
     """A joint identified from a log, with what a controller, a simulator or a script makes of it.
 
     Attributes
     ----------
-    name : str
-        Where the log comes from.
+    data : Prepared
+        The log as it was fitted: cleaned, in its band, with what was not used of it.
     units : dict of str
         Units by name of the parameter, and of ``torque`` and ``velocity``.
     textbook, refined : Fit, and Fit or None
@@ -56,18 +47,6 @@ class LogIdentification(Reported):
         Textbook parameters that the motion does not determine, with the code of the reason.
     confidence : float
         Probability that the intervals are meant to have.
-    bandwidth, period : float
-        Band of the regression, Hz, and sample time of the log, s.
-    samples, used : int
-        Number of samples of the log, and of those that were used.
-    skipped : list of Skipped
-        What of the log was not used, and why.
-    place : Map
-        What of position friction, or a force, might depend on.
-    rows : Recording
-        Measured and modelled torque.
-    motion : Rows
-        The longest segment.
     narrowed_by : dict of tuple
         By parameter, whether rows of another ``speed`` or ``acceleration`` would narrow it most, and of how many times
         the usual one.
@@ -84,21 +63,13 @@ class LogIdentification(Reported):
     first_estimate = first.first_estimate
     simulator = simulators.simulator_text
 
-    name: str
+    data: Prepared
     units: dict[str, str]
     textbook: Fit
     refined: Fit | None
     taken: tuple[str, ...]
     unidentified: dict[str, str]
     confidence: float
-    bandwidth: float
-    period: float
-    samples: int
-    used: int
-    skipped: list[Skipped]
-    place: Map
-    rows: Recording
-    motion: Rows
     narrowed_by: dict[str, tuple[str, float]]
     validation: float | None = None
     validated_on: str = ""
@@ -110,9 +81,19 @@ class LogIdentification(Reported):
         return f"{type(self).__name__}({self.name!r}, {values})"
 
     @property
+    def name(self) -> str:
+        """Where the log comes from."""
+        return self.data.log.name
+
+    @property
     def best(self) -> Fit:
         """The model that is written: the refined one where there is one."""
         return self.refined or self.textbook
+
+    @cached_property
+    def fitted(self) -> Array:
+        """Torque of the best model in the rows of the log, N m."""
+        return self.data.modelled(self.best)
 
     @property
     def parameters(self) -> dict[str, Parameter]:
@@ -184,13 +165,13 @@ class LogIdentification(Reported):
 
     def friction_points(self, bins: int = 30) -> dict[str, Array]:
         """Return the friction over velocity: means of the torque without all else in bins of one direction."""
-        rows = self.rows
-        measured = rows.torque - rows.fitted + self.friction(rows.velocity)
-        at = np.floor(rows.velocity * bins / (np.ptp(rows.velocity) or 1.0)).astype(int)  # zero is between two of them
+        velocity = self.data.velocity
+        measured = self.data.torque - self.fitted + self.friction(velocity)
+        at = np.floor(velocity * bins / (np.ptp(velocity) or 1.0)).astype(int)  # zero is between two of them
         at -= at.min()
         count = np.bincount(at)
         kept = count >= 5
-        mean = [np.bincount(at, one)[kept] / count[kept] for one in (rows.velocity, measured)]
+        mean = [np.bincount(at, one)[kept] / count[kept] for one in (velocity, measured)]
         return {"velocity": mean[0], "torque": mean[1], "count": count[kept].astype(float)}
 
     def to_dict(self) -> dict[str, Any]:
@@ -215,10 +196,10 @@ class LogIdentification(Reported):
             "narrowed_by": {name: {"motion": kind, "times": by} for name, (kind, by) in self.narrowed_by.items()},
             "validation": None if self.validation is None else {"on": self.validated_on, "left": self.validation},
             "friction": {name: series.tolist() for name, series in self.friction_points().items()},
-            "bandwidth": self.bandwidth,
-            "period": self.period,
-            "samples": {"log": self.samples, "used": self.used},
-            "skipped": [skip._asdict() for skip in self.skipped],
+            "bandwidth": self.data.band,
+            "period": self.data.period,
+            "samples": {"log": self.data.log.time.size, "used": self.data.used},
+            "skipped": [skip._asdict() for skip in self.data.skipped],
             "warnings": self.cautions,
         }
 

@@ -37,8 +37,8 @@ NOT_SIMULATED = ("torque_delay", "load_friction")
 
 def reference_columns(found: LogIdentification) -> dict[str, Array]:
     """Return the motion of the longest segment as the columns of a recorded reference."""
-    rows = found.motion
-    every = max(1, int(0.1 / (found.bandwidth * rows.period)))
+    rows = found.data.longest
+    every = max(1, int(0.1 / (found.data.band * rows.period)))
     return joined_ends(rows.time[::every] - rows.time[0], rows.in_band(rows.velocity)[::every])
 
 
@@ -84,7 +84,7 @@ def scenario_text(found: LogIdentification, reference: str) -> str:
     for name in ("inertia", "coulomb"):
         if name in found.unidentified or (name == "inertia" and found.value(name) <= 0.0):
             raise InputError(f"{found.name}: the {name} is not identifiable, so there is no scenario")
-    period = float(f"{found.period:.4g}")
+    period = float(f"{found.data.period:.4g}")
     model = found.torque_model(1.0 if found.units["torque"] == "A" else None)
     joint = _joint(found, model, period)
     learnt, simulated = _beside_friction(found)
@@ -119,7 +119,7 @@ def _joint(found: LogIdentification, model: TorqueModel, period: float) -> dict[
         joint["viscous_backward"] = max(0.0, model.viscous - model.viscous_asymmetry)
     amplitude, phase = found.gravity
     if amplitude > 0.0:  # the simulated position is zero at the start
-        joint |= {"gravity": amplitude, "gravity_phase": phase + float(found.motion.position[0])}
+        joint |= {"gravity": amplitude, "gravity_phase": phase + float(found.data.longest.position[0])}
     step = period / max(1, math.ceil(period / SOLVER_STEP - 1e-9))
     if model.presliding > 0.0 and model.coulomb > 0.0:  # bristles of the LuGre model
         bristles = {"kind": "lugre", "stiffness": model.coulomb / model.presliding, "damping": 0.0}
@@ -135,7 +135,7 @@ def _beside_friction(found: LogIdentification) -> tuple[dict[str, Any], dict[str
     """Return what the controller is to learn beside friction, and the strongest waves over position, as simulated."""
     waves: dict[str, list[tuple[float, float]]] = {"friction": [], "force": []}
     for kind, pairs in waves.items():
-        for number, period in enumerate(found.place.periods, start=1):
+        for number, period in enumerate(found.data.place.periods, start=1):
             size = math.hypot(*(found.value(f"{kind}_{part}_{number}") for part in ("sine", "cosine")))
             pairs.extend([(size, period)] if size > 0.0 else [])
     learnt: dict[str, Any] = {}
@@ -149,9 +149,9 @@ def _beside_friction(found: LogIdentification) -> tuple[dict[str, Any], dict[str
         if waves[kind]
     }
     if any(name.startswith("friction_hat") for name in found.best.values):
-        start = float(found.motion.position[0])
-        learnt |= {"position_hats": found.place.hats}
-        learnt |= {"position_range": [end - start for end in (found.place.low, found.place.high)]}
+        start = float(found.data.longest.position[0])
+        learnt |= {"position_hats": found.data.place.hats}
+        learnt |= {"position_range": [end - start for end in (found.data.place.low, found.data.place.high)]}
     simulated: dict[str, Any] = {}
     if waves["friction"] and found.value("coulomb") > 0.0:
         size, period = max(waves["friction"])

@@ -20,7 +20,6 @@ from adaptive_ff.identify.preparation import Prepared, prepare
 from adaptive_ff.identify.result import LogIdentification
 from adaptive_ff.identify.units import of_current
 from adaptive_ff.learning.kalman import LOOP, Member
-from adaptive_ff.logs.defects import Skipped
 from adaptive_ff.logs.log import Log, check_log
 from adaptive_ff.replay.learning import Learner, columns_of, initial_state, learn, make_learner
 from adaptive_ff.reported import WORTH, Reported
@@ -69,12 +68,12 @@ class Replay(Reported):
 
     Attributes
     ----------
-    name, linear, is_current
-        Where the log comes from, whether it is a linear axis, and whether its torque is a current.
-    settings, band
-        What was assumed, and the band in which is judged, Hz.
-    samples, used, skipped, notes
-        Samples of the log, those that were used, what was not and why, and what is to be known of the figures.
+    data : Prepared
+        The log as it was replayed: cleaned, in the band in which is judged, with what was not used of it.
+    linear, is_current
+        Whether it is a linear axis, and whether its torque is a current.
+    settings, notes
+        What was assumed, and what is to be known of the figures.
     fixed : LogIdentification or None
         The fixed model: the first half of the log identified.
     left : dict of Left
@@ -87,14 +86,10 @@ class Replay(Reported):
 
     _drawn_by = "plot_replay"
 
-    name: str
+    data: Prepared
     linear: bool
     is_current: bool
     settings: dict[str, Any]
-    band: float
-    samples: int
-    used: int
-    skipped: list[Skipped]
     notes: list[str]
     fixed: LogIdentification | None
     left: dict[str, Left]
@@ -150,15 +145,15 @@ class Replay(Reported):
             for name, one in self.left.items()
         }
         return {
-            "log": self.name,
+            "log": self.data.log.name,
             "left": left,
             "unit": self.unit,
-            "band": self.band,
+            "band": self.data.band,
             "settings": self.settings,
             "fixed": None if self.fixed is None else self.fixed.best.values,
             "estimates": self.estimates,
-            "samples": {"log": self.samples, "used": self.used},
-            "skipped": [skip._asdict() for skip in self.skipped],
+            "samples": {"log": self.data.log.time.size, "used": self.data.used},
+            "skipped": [skip._asdict() for skip in self.data.skipped],
             "notes": self.notes,
             "verdict": self.verdict,
         }
@@ -263,14 +258,10 @@ def replay_log(
             "on the joint (gravity, other axes), or signs or units are not those of the log."
         )
     return Replay(
-        name=log.name,
+        data=prepared,
         linear=linear,
         is_current=is_current,
         settings={**given, "memory": memory or MEMORY, "identify": identify, "ripple_periods": list(ripple_periods)},
-        band=judged,
-        samples=prepared.log.time.size,
-        used=prepared.used,
-        skipped=prepared.skipped,
         notes=notes,
         fixed=fixed,
         left=left,
@@ -345,7 +336,7 @@ def _fixed(
         found = identify_log(half, bandwidth=bandwidth, torque_delay=delay, linear=linear, is_current=is_current)
     except InputError as error:
         return None, f"There is no fixed model: of the first half, {str(error).removeprefix(log.name + ': ')}."
-    return found, f"The fixed model is that of identify, of the first half, in a band of {found.bandwidth:.3g} Hz."
+    return found, f"The fixed model is that of identify, of the first half, in a band of {found.data.band:.3g} Hz."
 
 
 def _fixed_torque(found: LogIdentification, prepared: Prepared, rows: Rows) -> Array:

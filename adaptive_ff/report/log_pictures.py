@@ -44,12 +44,12 @@ def plot_identification(found: LogIdentification, folder: str | Path | None = No
 
 
 def _torque(found: LogIdentification) -> Figure:
-    rows, unit = found.rows, found.units["torque"]
+    rows, unit = found.data, found.units["torque"]
     gaps = np.diff(rows.time, prepend=rows.time[0]) > 3.0 * float(np.median(np.diff(rows.time)))
-    fitted = np.where(gaps, np.nan, rows.fitted)
+    fitted = np.where(gaps, np.nan, found.fitted)
     curves = [(rows.time, rows.torque, MEASURED), (rows.time, fitted, MODEL)]
     panels = [
-        Panel(f"torque ({unit}) in a band of {found.bandwidth:.3g} Hz, while sliding", curves),
+        Panel(f"torque ({unit}) in a band of {rows.band:.3g} Hz, while sliding", curves),
         Panel(f"torque ({unit}), close-up", curves, span=_close_up(rows.time, rows.torque)),
         Panel(f"residual ({unit})", [(rows.time, rows.torque - fitted, LEFT)]),
     ]
@@ -57,8 +57,8 @@ def _torque(found: LogIdentification) -> Figure:
 
 
 def _friction(found: LogIdentification) -> Figure:
-    rows, unit = found.rows, found.units["torque"]
-    residual = rows.torque - rows.fitted
+    rows, unit = found.data, found.units["torque"]
+    residual = rows.torque - found.fitted
     friction = residual + found.friction(rows.velocity)
     part, points = slice(None, None, max(1, rows.velocity.size // 5000)), found.friction_points()
     left = points["torque"] - found.friction(points["velocity"])
@@ -87,8 +87,8 @@ def _around(values: Series) -> tuple[float, float]:
 
 
 def _map(found: LogIdentification) -> Figure:
-    place, rows = found.place, found.rows
-    position = np.linspace(float(rows.position.min()), float(rows.position.max()), 400)
+    place, rows = found.data.place, found.data.position
+    position = np.linspace(float(rows.min()), float(rows.max()), 400)
     curves: list[tuple[Series, Series, Look]] = []
     for kind, look in (("friction", MODEL), ("force", LEFT)):
         parts = [found.value(f"{kind}_{name}") * place.fraction(name, position) for name in place.names]
@@ -127,7 +127,7 @@ def _torques(replay: Replay) -> Figure:
     left = {name: series.needed - series.feedforward[name] for name in looks}
     most = 1.3 * float(np.quantile(np.abs(list(left.values())), 0.998))  # a few peaks do not press the rest flat
     high, low = ((-end, end) if end > 0.0 else None for end in (1.3 * peak_of(series.needed), most))
-    title = f"torque that was needed ({unit}), band {replay.band:.3g} Hz; shaded: the close-up"
+    title = f"torque that was needed ({unit}), band {replay.data.band:.3g} Hz; shaded: the close-up"
     panels = [Panel(title, [needed], span=whole, shaded=near)]
     for name, look in looks.items():
         beside = [needed, (time, series.feedforward[name], look)]
@@ -135,7 +135,7 @@ def _torques(replay: Replay) -> Figure:
     for name, look in looks.items():
         label = f"torque left to the feedback ({unit}): {look['label']}"
         panels.append(Panel(label, [(time, left[name], look)], span=whole, limits=low))
-    return picture(panels, 2.2 + 2.2 * len(looks), source=replay.name, shared=False)[0]
+    return picture(panels, 2.2 + 2.2 * len(looks), source=replay.data.log.name, shared=False)[0]
 
 
 def _ends(time: Series) -> tuple[float, float]:
@@ -161,4 +161,4 @@ def _estimates(replay: Replay) -> Figure:
         )
         for name in next(iter(histories.values()))
     ]
-    return picture(panels, 1.1 * len(panels) + 0.8, source=replay.name)[0]
+    return picture(panels, 1.1 * len(panels) + 0.8, source=replay.data.log.name)[0]

@@ -47,7 +47,7 @@ def parameters_table(found: LogIdentification) -> Table:
         cells = [_half(model.parameters.get(name)) for model in models.values()]
         rows.append([NAMES.get(name, name.replace("_", " ")), *cells, unit_of(found.units, name)])
     rows.append(["torque left", *(_percent(model.left) for model in models.values()), "of segments left out"])
-    title = f"{found.used} of {found.samples} samples, band {found.bandwidth:.3g} Hz"
+    title = f"{found.data.used} of {found.data.log.time.size} samples, band {found.data.band:.3g} Hz"
     return table(title, rows, {"": None, **dict.fromkeys(models, ("", 4)), "unit": None})
 
 
@@ -102,7 +102,7 @@ def details(found: LogIdentification) -> list[str]:
         for name, one in found.parameters.items()
     ]
     return [
-        f"Least squares of torque and unit torques behind one zero-phase low-pass of {found.bandwidth:.3g} Hz; "
+        f"Least squares of torque and unit torques behind one zero-phase low-pass of {found.data.band:.3g} Hz; "
         "inertia, Coulomb and viscous friction not negative.",
         f"± is half of the {100.0 * found.confidence:g} % interval: the spread that leaving out segments of the log "
         "shows, by Student's t, what half of the band changes, and how far models differ over which the textbook's "
@@ -131,7 +131,7 @@ def score_lines(score: Score) -> list[str]:
 
 def left_table(replay: Replay) -> Table:
     """Return the torque left by each feedforward, one a row."""
-    title = f"Torque left to the feedback (rms) in a band of {replay.band:.3g} Hz"
+    title = f"Torque left to the feedback (rms) in a band of {replay.data.band:.3g} Hz"
     rows: list[list[Cell]] = [
         [words, *(float(value) for value in replay.left[name])]
         for name, words in FEEDFORWARDS.items()

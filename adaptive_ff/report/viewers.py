@@ -83,8 +83,8 @@ def _of_run(run: Run) -> Iterator[Topic]:
 
 @topics.register
 def _(result: LogIdentification) -> list[Topic]:
-    rows, torque = result.rows, result.units["torque"]
-    left = {"measured": rows.torque, "model": rows.fitted, "left": rows.torque - rows.fitted}
+    rows, torque = result.data, result.units["torque"]
+    left = {"measured": rows.torque, "model": result.fitted, "left": rows.torque - result.fitted}
     parts = {"motion": Part(result.units["velocity"], {"velocity": rows.velocity}), "torque": Part(torque, left)}
     found = {
         name: Part(result.units[name], {end: np.array([getattr(one, end)]) for end in ("value", "lower", "upper")})

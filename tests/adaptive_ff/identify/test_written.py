@@ -10,6 +10,7 @@ from synthetic_logs import make_log, motion, sines_log
 
 from adaptive_ff import AdaptiveController, InputError, TorqueModel, identify_log, load_scenario, simulate
 from adaptive_ff.files import write_csv
+from adaptive_ff.friction.model import GRAVITY
 from adaptive_ff.identify.regression import Parameter
 from adaptive_ff.identify.scenario_text import reference_columns, scenario_text
 from adaptive_ff.identify.score import score_log
@@ -36,9 +37,9 @@ def test_scenario_model_and_first_estimate_are_one(heavy, tmp_path):
     assert isinstance(model, TorqueModel)
     for name in ("inertia", "coulomb", "stiction", "viscous", "offset"):
         assert getattr(joint, name) == pytest.approx(getattr(model, name), rel=1e-4, abs=1e-4)
-        assert first.model[name] == getattr(model, name)
-    assert joint.gravity == pytest.approx(np.hypot(first.model["gravity_sin"], first.model["gravity_cos"]), rel=1e-4)
-    start = found.motion.position[0]
+        assert first["model"][name] == getattr(model, name)
+    assert joint.gravity == pytest.approx(np.hypot(*(first["model"][name] for name in GRAVITY)), rel=1e-4)
+    start = found.data.longest.position[0]
     assert joint.gravity_phase == pytest.approx(0.3 + start, abs=0.02)
     assert start == pytest.approx(log.position[0], abs=0.01)
 
@@ -64,10 +65,10 @@ def test_simulated_scenario_has_the_friction_curve_of_the_log(shape, tmp_path):
 
 def test_controller_begins_with_what_was_identified(heavy):
     first = heavy[1].first_estimate()
-    design = PI.design(inertia=first.inertia, period=0.01, bandwidth=5.0)
-    controller = AdaptiveController(design.proportional, design.integral, 0.01, **first._asdict())
-    assert controller.estimates["gravity_sin"] == pytest.approx(first.model["gravity_sin"])
-    assert all(value > 0.0 for value in first.deviation.values())
+    design = PI.design(inertia=first["inertia"], period=0.01, bandwidth=5.0)
+    controller = AdaptiveController(design.proportional, design.integral, 0.01, **first)
+    assert controller.estimates["gravity_sin"] == pytest.approx(first["model"]["gravity_sin"])
+    assert all(value > 0.0 for value in first["deviation"].values())
 
 
 def test_current_takes_a_torque_constant():

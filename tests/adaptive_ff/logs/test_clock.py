@@ -48,12 +48,12 @@ def test_log_of_a_rounded_clock_tells_the_joint():
     """Nearly the whole log was lost, in segments of two samples."""
     log, _ = rounded_clock(2000.0)
     found = identify_log(log)
-    assert found.used == log.time.size
+    assert found.data.used == log.time.size
     assert any("as of a rounded clock" in caution for caution in found.cautions)
     for name, true in JOINT.items():
         assert found.value(name) == pytest.approx(true, rel=0.05)
     replayed = replay_log(log)
-    assert replayed.used == log.time.size
+    assert replayed.data.used == log.time.size
     assert any("as of a rounded clock" in note for note in replayed.notes)
 
 
@@ -76,7 +76,7 @@ def test_rows_that_are_not_evenly_sampled_are_left_out_and_counted():
     places = np.sort(np.concatenate([np.arange(log.time.size), again]))
     torque = log.torque[places] + 0.01 * random.standard_normal(places.size)
     found = identify_log(Log("log", log.time[places], torque, log.position[places]))
-    assert found.used == log.time.size
+    assert found.data.used == log.time.size
     assert found.cautions == ["3000 rows left out: with the time of the row before, but other values"]
     for name, true in JOINT.items():
         assert found.value(name) == pytest.approx(true, rel=0.05)

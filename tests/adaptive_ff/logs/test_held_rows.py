@@ -108,7 +108,7 @@ def test_coarse_log_with_jitter_and_repeated_rows_is_used_whole():
     rows = taken[np.maximum(np.searchsorted(taken, written, side="right") - 1, 0)]
     coarse = replace(log, time=log.time[written], position=log.position[rows], torque=log.torque[rows])
     found = identify_log(coarse)
-    assert found.skipped == []
-    assert found.used == pytest.approx(taken.size, rel=0.02)
+    assert found.data.skipped == []
+    assert found.data.used == pytest.approx(taken.size, rel=0.02)
     assert found.parameters["inertia"].value == pytest.approx(JOINT["inertia"], rel=0.03)
     assert found.parameters["coulomb"].value == pytest.approx(JOINT["coulomb"], rel=0.15)

@@ -17,7 +17,7 @@ def test_log_whose_torque_is_missing_in_many_rows_is_identified(every, count):
     log.torque[::every] = np.nan
     found = identify_log(log)
     assert found.cautions[0] == f"{count} rows left out: no finite number in the torque"
-    assert (found.skipped, found.used, found.samples) == ([], 15000 - count, 15000 - count)
+    assert (found.data.skipped, found.data.used, found.data.log.time.size) == ([], 15000 - count, 15000 - count)
     for name, true in JOINT.items():
         assert found.value(name) == pytest.approx(true, rel=0.05)
 
@@ -67,8 +67,8 @@ def test_replay_bridges_them_as_well_and_counts_without_them():
     found = replay_log(log)
     assert "100 rows left out: no finite number in the torque." in found.notes
     first = 2010 - 41
-    assert [skip[:2] for skip in found.skipped] == [(first, first + 20)]
-    assert found.used == found.samples - 20
+    assert [skip[:2] for skip in found.data.skipped] == [(first, first + 20)]
+    assert found.data.used == found.data.log.time.size - 20
 
 
 def test_replay_names_the_column_that_lacks_values():

@@ -40,7 +40,7 @@ def test_glitch_is_left_out_and_the_joint_is_identified_as_without_it(glitches, 
     found = identify_log(glitched(make_log(noise=0.05), **glitches))
     assert len(found.cautions) == 1
     assert found.cautions[0].startswith(said)
-    assert found.skipped == []
+    assert found.data.skipped == []
     for name, true in JOINT.items():
         assert found.value(name) == pytest.approx(true, rel=0.03)
 
@@ -56,7 +56,7 @@ def test_replay_leaves_the_glitch_out_too():
     log = make_log(noise=0.05, duration=10.0)
     sound, found = (replay_log(one) for one in (log, glitched(log, position=([2000], 3.3))))
     assert "1 row left out: the position is far off there" in " ".join(found.notes)
-    assert (found.skipped, found.used) == ([], sound.used - 1)
+    assert (found.data.skipped, found.data.used) == ([], sound.data.used - 1)
     assert found.left["adaptive"].whole == pytest.approx(sound.left["adaptive"].whole, rel=0.02)
 
 
@@ -79,7 +79,7 @@ def test_jump_there_and_back_that_takes_longer_is_cut_on_both_sides():
     log = glitched(make_log(noise=0.05), position=(slice(5000, 5010), 3.3))
     found = identify_log(log)
     assert "the position jumps 2 times within one sample; the log is cut there" in found.cautions
-    assert [skip[:2] for skip in found.skipped] == [(5000, 5000), (5000, 5010), (5010, 5010)]
+    assert [skip[:2] for skip in found.data.skipped] == [(5000, 5000), (5000, 5010), (5010, 5010)]
     assert found.value("inertia") == pytest.approx(2.0, rel=0.03)
 
 

@@ -19,7 +19,7 @@ def thinned(every, start=5000, stop=10000):
 
 def test_slower_part_that_is_bridged_is_used():
     found = identify_log(thinned(5))
-    assert (found.cautions, found.used) == ([], 6000)
+    assert (found.cautions, found.data.used) == ([], 6000)
     assert found.value("inertia") == pytest.approx(2.0, rel=0.02)
 
 
@@ -30,7 +30,7 @@ def test_much_slower_part_is_left_out_as_a_whole():
         "its own"
     )
     found = identify_log(log)
-    assert (found.cautions, found.skipped, found.samples) == ([said], [], 5001)
+    assert (found.cautions, found.data.skipped, found.data.log.time.size) == ([said], [], 5001)
     assert f"{said}." in replay_log(log).notes
 
 
@@ -39,7 +39,7 @@ def test_much_slower_part_between_others_is_one_gap_and_no_pause():
     assert len(sound.said) == 1
     assert sound.said[0].startswith("299 rows left out: the sample time changes to 20 ms instead of 2 ms at 6 s")
     found = identify_log(thinned(10, 3000, 6000))
-    assert found.skipped == [Skipped(3001, 3001, "the clock leaves a gap, from 6 s to 12 s")]
+    assert found.data.skipped == [Skipped(3001, 3001, "the clock leaves a gap, from 6 s to 12 s")]
 
 
 @pytest.mark.parametrize("kind", ["jitter", "missing", "rounded", "irregular"])

@@ -49,7 +49,7 @@ def test_log_is_cut_where_the_position_jumps():
     assert [jump.start for jump in find_jumps(with_position(log, position))] == [5000, 9000]
     found = identify_log(with_position(log, position))
     assert any("the position jumps 2 times" in caution for caution in found.cautions)
-    assert [skip.start for skip in found.skipped] == [5000, 9000]
+    assert [skip.start for skip in found.data.skipped] == [5000, 9000]
     for name, true in JOINT.items():
         assert found.value(name) == pytest.approx(true, rel=0.05)
     position[9000:] += 0.9
@@ -66,7 +66,7 @@ def test_pause_of_the_recording_is_called_one_and_the_log_is_cut_there(as_positi
     found = identify_log(paused)
     said = "the recording pauses once for 0.5 s after 13.998 s; the log is cut there"
     assert found.cautions == [said]
-    assert found.skipped == [Skipped(7000, 7000, "the clock leaves a gap, from 13.998 s to 14.498 s")]
+    assert found.data.skipped == [Skipped(7000, 7000, "the clock leaves a gap, from 13.998 s to 14.498 s")]
     assert [note for note in replay_log(paused).notes if "pauses" in note] == [f"{said[0].upper()}{said[1:]}."]
     kept[3000:3400] = False
     assert clean(log.part(kept)).said == [

@@ -38,15 +38,16 @@ def test_pictures_are_written(found, tmp_path):
 def test_torque_is_shown_measured_and_identified(found):
     whole, near, left = found.plot()["identified_torque"].axes
     measured, model = whole.get_lines()
-    assert np.max(measured.get_ydata()) == np.max(found.rows.torque)
-    assert np.nanmax(np.abs(left.get_lines()[0].get_ydata())) < 0.2 * np.max(found.rows.torque)
+    assert np.max(measured.get_ydata()) == np.max(found.data.torque)
+    assert np.nanmax(np.abs(left.get_lines()[0].get_ydata())) < 0.2 * np.max(found.data.torque)
     assert np.any(np.isnan(model.get_ydata()))  # across the gap there is none
     low, high = near.get_xlim()
     assert high - low < 0.1 * (whole.get_xlim()[1] - whole.get_xlim()[0])
 
 
 def test_nothing_leaves_the_picture_however_long_the_name_of_the_log_is(found):
-    for figure in replace(found, name=f"/{'measurements/' * 30}log.csv").plot().values():
+    log = replace(found.data.log, name=f"/{'measurements/' * 30}log.csv")
+    for figure in replace(found, data=found.data._replace(log=log)).plot().values():
         canvas = FigureCanvasAgg(figure)
         canvas.draw()
         words = [figure._supxlabel, *figure.legends, *(axes.yaxis.label for axes in figure.axes)]
@@ -67,7 +68,7 @@ def test_friction_curve_is_the_identified_one(which, request):
 
 def test_a_point_of_the_friction_curve_is_of_one_direction(found):
     points = found.friction_points(bins=31)
-    assert np.sum(points["count"]) > 0.9 * found.rows.velocity.size
+    assert np.sum(points["count"]) > 0.9 * found.data.velocity.size
     assert np.all(np.abs(points["torque"]) > 0.8 * found.friction(np.abs(points["velocity"])))
 
 
