@@ -192,10 +192,13 @@ def estimated(data: Prepared, model: Model, errors: Array) -> Estimated:
 
 
 def by_band(narrower: Prepared | None, one: Estimated) -> Array:
-    """Return the variance by the choice of the band: what half of it changes, taken as uniform up to that."""
+    """Return the square of the bias by the band: what half of it changes, as of a bias that falls with the band.
+
+    Of a bias of first order that is the whole of it (L. F. Richardson, Phil. Trans. R. Soc. A 210, 1911).
+    """
     if narrower is None:
         return np.zeros_like(one.values)
-    return np.asarray((narrower.fit(one.model).solve() - one.values) ** 2 / 3.0)
+    return np.asarray((narrower.fit(one.model).solve() - one.values) ** 2)
 
 
 def with_intervals(data: Prepared, narrower: Prepared | None, one: Estimated, confidence: float) -> Fit:
