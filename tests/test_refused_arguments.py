@@ -335,7 +335,18 @@ BAD = [
     (adaptive_ff.JointGroup.from_table, ("arm.toml",), "table = .* must be a table with period and joints"),
     (adaptive_ff.Log, ("log", TIME, WAVE, WAVE, None, [WAVE]), "extra = .* it must be series by name"),
     (adaptive_ff.Log, ("log", None, WAVE, WAVE), "log: time must be a one-dimensional array of numbers"),
-    (adaptive_ff.Log, ("log", TIME, None, WAVE), "log: torque must be a one-dimensional array of numbers"),
+    *(
+        (adaptive_ff.Log, ("log", TIME, one, WAVE), "log: torque must be a one-dimensional array of numbers")
+        for one in (None, WAVE.astype(str))
+    ),
+    (adaptive_ff.Log, ("log", TIME, WAVE, [[0.0]]), "log: position must be a one-dimensional array of numbers"),
+    (adaptive_ff.Log, ("log", TIME, WAVE), "log: position and velocity are both missing"),
+    (adaptive_ff.Log, ("log", TIME, WAVE[:4], WAVE), "log: torque has 4 samples; it must have 400"),
+    (
+        adaptive_ff.Log,
+        ("log", TIME, WAVE, WAVE, None, {"own": np.ones((400, 1))}),
+        "log: own must be a one-dimensional",
+    ),
     (adaptive_ff.regressions, (SHORT, {}), f"comparison = .* is not allowed: {A_COMPARISON}"),
     (adaptive_ff.regressions, (adaptive_ff.Comparison(SHORT, {}), "x"), r"baseline = .* what read_baseline\(path\)"),
     (adaptive_ff.regressions, (adaptive_ff.Comparison(SHORT, {}), {"pi": {}}), "baseline is not allowed: it lacks"),
@@ -347,13 +358,6 @@ BAD = [
 def test_what_no_function_can_use_is_refused(function, given, message):
     with pytest.raises((TypeError, ValueError), match=f"^{message}"):
         function(*given)
-
-
-@pytest.mark.parametrize("names", [[1.0], np.ones((2, 2)), "pi"], ids=["numbers", "array", "text"])
-def test_guarded_controllers_that_are_no_names_are_refused(names):
-    same = {"scenario": SHORT.model_dump(mode="json", exclude_none=True), "controllers": {"pi": {"rms_error": 1.0}}}
-    with pytest.raises(adaptive_ff.InputError, match=r"^controllers = [\s\S]*: it must be a list of names"):
-        adaptive_ff.regressions(adaptive_ff.Comparison(SHORT, {}), same, controllers=names)
 
 
 def test_takeover_takes_numbers_of_any_kind():

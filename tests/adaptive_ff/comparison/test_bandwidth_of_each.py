@@ -108,21 +108,10 @@ def test_own_controllers_are_given_the_loop_that_suits_pi():
     assert found.runs["mine"].metrics == found.runs["pi"].metrics
 
 
-@pytest.mark.parametrize(
-    ("feedback", "said"),
-    [
-        (
-            {"bandwidth": "fast"},
-            "bandwidth = 'fast' is not allowed: it must be a positive and finite number of Hz, or 'auto'",
-        ),
-        ({"bandwidth": -1.0}, "feedback.bandwidth = -1.0 is not allowed: it must be positive"),
-        ({"bandwidth": True}, "feedback.bandwidth = True is not allowed: it must be a finite number"),
-    ],
-)
-def test_other_words_and_values_are_refused(feedback, said):
-    with pytest.raises(InputError) as refused:
-        SHORT.modified(feedback=feedback)
-    assert said in str(refused.value)
+def test_other_words_are_refused():
+    said = "bandwidth = 'fast' is not allowed: it must be a positive and finite number of Hz, or 'auto'"
+    with pytest.raises(InputError, match=said):
+        SHORT.modified(feedback={"bandwidth": "fast"})
 
 
 def test_where_one_bandwidth_is_needed_auto_is_refused():

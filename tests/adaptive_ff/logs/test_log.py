@@ -314,22 +314,6 @@ def test_simulink_structure_with_time_is_read(several, tmp_path):
         assert series.tolist() == true.tolist()
 
 
-@pytest.mark.parametrize(
-    ("changed", "said"),
-    [
-        ({"position": None}, "position and velocity are both missing"),
-        ({"torque": np.zeros(4)}, "torque has 4 samples; it must have 5"),
-        ({"position": [0.0] * 5}, "position must be a one-dimensional array of numbers"),
-        ({"torque": np.array(["a"] * 5)}, "torque must be a one-dimensional array of numbers"),
-        ({"extra": {"feedforward": np.zeros((5, 1))}}, "feedforward must be a one-dimensional array of numbers"),
-    ],
-)
-def test_log_that_is_made_of_something_else_is_refused(changed, said):
-    series = {"time": np.arange(5.0), "torque": np.zeros(5), "position": np.zeros(5), **changed}
-    with pytest.raises(ValueError, match=rf"^mine: {said}"):
-        Log("mine", **series)
-
-
 def test_a_file_that_is_no_npz_archive_is_not_said_to_hold_objects(tmp_path):
     path = tmp_path / "log.npz"
     path.write_bytes(bytes(range(256)) * 10)

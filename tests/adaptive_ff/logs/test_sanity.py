@@ -8,7 +8,6 @@ from adaptive_ff import InputError
 from adaptive_ff.identify.identification import identify_log
 from adaptive_ff.identify.units import LINEAR, ROTARY, of_current
 from adaptive_ff.logs.cleaning import STEPS, clean
-from adaptive_ff.logs.columns import is_current
 from adaptive_ff.logs.defects import Skipped, find_jumps
 from adaptive_ff.logs.log import Log
 from adaptive_ff.replay.replay import replay_log
@@ -109,14 +108,6 @@ def test_sound_log_is_left_as_it_is():
     sound = clean(log)
     assert sound.said == find_jumps(sound.log) == []
     assert sound.log.position is log.position
-
-
-@pytest.mark.parametrize(
-    ("column", "expected"),
-    [("current", True), ("i_q", True), ("motor_current[2]", True), ("Strom [mA]", True), ("u", False)],
-)
-def test_currents_are_known_by_their_name(column, expected):
-    assert is_current(column) is expected
 
 
 def test_units_follow_a_current():

@@ -10,6 +10,8 @@ from adaptive_ff import InputError
 from adaptive_ff.logs.log import read_log
 from adaptive_ff.logs.text_tables import read_table
 
+MARKS = (("utf-16", ""), ("utf-16-le", "\ufeff"), ("utf-16-be", "\ufeff"))  # a spreadsheet's Unicode text
+MINUS = "0.0 1.5 \N{MINUS SIGN}2\n0.1 1.25 300.0e\N{MINUS SIGN}1\n"
 WAYS = {
     "commas": "t,q,u\n0.0,1.5,-2\n0.1,1.25,3e1\n",
     "semicolons and decimal commas": "t;q;u\n0,0;1,5;-2\n0,1;1,25;3e1\n",
@@ -23,61 +25,32 @@ WAYS = {
     "row of units after a comment": "t,q,u\n# units\n[s],[rad],[N m]\n0.0,1.5,-2\n0.1,1.25,30\n",
     "header with a line break": 't,q,"u"\n0.0,1.5,-2\n0.1,1.25,30\n',
     "byte order mark": "\ufefft,q,u\n0.0,1.5,-2\n0.1,1.25,30\n",
+    "Fortran in double precision": "t q u\n0.0D+00 1.5d0 -.2D+01\n1.D-01 1.25D0 0.3D+02\n",
+    "minus signs": f"t q u\n{MINUS}".replace(" ", ","),  # all negative values were left out as no numbers
+    "minus signs and decimal commas": f"t q u\n{MINUS}".replace(".", ",").replace(" ", ";"),
+    "rows that end with a separator": "t,q,u\n0.0,1.5,-2,\n0.1,1.25,30,\n",
+    "a row that ends with several": "t,q,u\n0.0,1.5,-2, ,\n0.1,1.25,30\n",
+    "rows that end with a tab": "t\tq\tu\n0,0\t1,5\t-2\t\n0,1\t1,25\t30\t\n",
+    "a row that ends with a comment": "t,q,u\n0.0,1.5,-2 # at rest, cold, new\n0.1,1.25,30\n",
+    "quotes": 't,q,u\n"0.0","1.5","-2"\n"0.1","1.25","30"\n',
+    "quotes and decimal commas": 't;q;u\n"0,0";"1,5";"-2"\n"0,1";"1,25";"30"\n',
+    **{f"{order} by its mark": f"{mark}t\tq\tu\n0,0\t1,5\t-2\n0,1\t1,25\t30\n".encode(order) for order, mark in MARKS},
+    "no header, Fortran": "0.0D+00 1.5d0 -.2D+01\n1.D-01 1.25D0 0.3D+02\n",
+    # there are more commas in a row than what separates its cells, and it was cut at them
+    **{f"no header, {one!r}": "0,0 1,5 -2\n0,1 1,25 3e1\n".replace(" ", one) for one in (";", "\t", "  ")},
 }
-
-
-@pytest.mark.parametrize("order", ["utf-16", "utf-16-le", "utf-16-be"])
-def test_table_in_utf_16_is_read_by_its_mark(order, tmp_path):
-    """A spreadsheet's Unicode text was refused as no text in UTF-8."""
-    mark = "" if order == "utf-16" else "\ufeff"
-    path = tmp_path / "log.txt"
-    path.write_bytes((mark + "t\tq\tu\n0,0\t1,5\t-2\n0,1\t1,25\t30\n").encode(order))
-    layout, columns = read_table(path, ["t", "q", "u"])
-    assert layout.names == ["t", "q", "u"]
-    assert columns["q"].tolist() == [1.5, 1.25]
-    assert columns["u"].tolist() == [-2.0, 30.0]
-
-
-@pytest.mark.parametrize("header", ["t q u\n", ""])
-def test_numbers_of_fortran_in_double_precision_are_read(header, tmp_path):
-    path = tmp_path / "log.dat"
-    path.write_text(f"{header}0.0D+00 1.5d0 -.2D+01\n1.D-01 1.25D0 0.3D+02\n", encoding="utf-8")
-    layout, columns = read_table(path, ["t", "q", "u"] if header else ["0", "1", "2"])
-    values = [columns[name].tolist() for name in layout.names]
-    assert values == [[0.0, 0.1], [1.5, 1.25], [-2.0, 30.0]]
+"""The same table, as people write it."""
 
 
 @pytest.mark.parametrize("way", WAYS)
 def test_table_is_read_however_it_is_written(way, tmp_path):
-    path = tmp_path / "log.csv"
-    path.write_text(WAYS[way], encoding="utf-8")
-    layout, columns = read_table(path, ["u", "t", "missing", "q"])
-    assert layout.names == ["t", "q", "u"]
-    assert {name: column.tolist() for name, column in columns.items()} == {
-        "u": [-2.0, 30.0],
-        "t": [0.0, 0.1],
-        "q": [1.5, 1.25],
-    }
-
-
-@pytest.mark.parametrize("separator", [";", "\t", "  "])
-def test_no_header_and_decimal_commas(separator, tmp_path):
-    """There are more commas in a row than what separates its cells, and it was cut at them."""
-    path = tmp_path / "log.csv"
-    path.write_text("0,0 1,5 -2\n0,1 1,25 3e1\n".replace(" ", separator), encoding="utf-8")
-    layout, columns = read_table(path, ["0", "1", "2"])
-    assert layout.names == ["0", "1", "2"]
-    assert [column.tolist() for column in columns.values()] == [[0.0, 0.1], [1.5, 1.25], [-2.0, 30.0]]
-
-
-@pytest.mark.parametrize(("separator", "point"), [(",", "."), (";", ",")])
-def test_a_minus_sign_is_one(separator, point, tmp_path):
-    """All negative values were left out as no numbers."""
-    path = tmp_path / "log.csv"
-    rows = "t q u\n0.0 \N{MINUS SIGN}1.5 2.25\n0.1 1.25 \N{MINUS SIGN}3.0e\N{MINUS SIGN}1\n"
-    path.write_text(rows.replace(".", point).replace(" ", separator), encoding="utf-8")
-    _, columns = read_table(path, ["t", "q", "u"])
-    assert [column.tolist() for column in columns.values()] == [[0.0, 0.1], [-1.5, 1.25], [2.25, -0.3]]
+    path, text = tmp_path / "log.csv", WAYS[way]
+    path.write_bytes(text if isinstance(text, bytes) else text.encode())
+    names = ["0", "1", "2"] if way.startswith("no header") else ["t", "q", "u"]
+    layout, columns = read_table(path, [names[2], names[0], "missing", names[1]])
+    assert layout.names == names
+    found = {name: column.tolist() for name, column in columns.items()}
+    assert found == dict(zip(names, ([0.0, 0.1], [1.5, 1.25], [-2.0, 30.0]), strict=True))
 
 
 @pytest.mark.parametrize("row", ["0,1,2", "0, 1, 2", "0 ,1 ,2", "0.0,1.0, 2"])
@@ -122,25 +95,9 @@ def test_row_with_more_cells_than_the_header_is_refused(text, row, cells, tmp_pa
         read_table(tmp_path / "log.csv", ["t", "q", "u"])
 
 
-@pytest.mark.parametrize(
-    "text",
-    [
-        "t,q,u\n0.0,1.5,-2,\n0.1,1.25,30,\n",
-        "t,q,u\n0.0,1.5,-2, ,\n0.1,1.25,30\n",
-        "t\tq\tu\n0,0\t1,5\t-2\t\n0,1\t1,25\t30\t\n",
-        "t,q,u\n0.0,1.5,-2 # at rest, cold, new\n0.1,1.25,30\n",
-        "t,q,u,v\n0.0,1.5,-2\n0.1,1.25,30\n",
-        't,q,u\n"0.0","1.5","-2"\n"0.1","1.25","30"\n',
-        't;q;u\n"0,0";"1,5";"-2"\n"0,1";"1,25";"30"\n',
-    ],
-)
-def test_row_that_ends_with_separators_or_a_comment_is_read(text, tmp_path):
-    (tmp_path / "log.csv").write_text(text, encoding="utf-8")
-    _, columns = read_table(tmp_path / "log.csv", ["t", "q", "u"])
-    assert [columns[name].tolist() for name in "tqu"] == [[0.0, 0.1], [1.5, 1.25], [-2.0, 30.0]]
-
-
-def test_last_line_of_words_and_rows_without_a_header_may_be_longer(tmp_path):
+def test_last_line_of_words_and_rows_without_a_header_may_be_longer_and_a_header_too(tmp_path):
+    (tmp_path / "log.csv").write_text("t,q,u,v\n0.0,1.5,-2\n0.1,1.25,30\n", encoding="utf-8")
+    assert read_table(tmp_path / "log.csv", ["u"])[1]["u"].tolist() == [-2.0, 30.0]
     (tmp_path / "log.csv").write_text("t,q\n0.0,1.5\nended, by hand, at noon\n", encoding="utf-8")
     with pytest.warns(UserWarning, match="is no number"):
         assert read_table(tmp_path / "log.csv", ["t"])[1]["t"][0] == 0.0

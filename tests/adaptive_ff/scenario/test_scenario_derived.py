@@ -50,10 +50,6 @@ def test_result_of_a_scenario_as_json_is_a_scenario():
     assert parse_scenario(scenario.model_dump(mode="json", exclude_none=True), "result") == scenario
 
 
-def test_usual_scenario_raises_no_caution():
-    assert load_scenario().cautions() == []
-
-
 def test_torque_limit_below_stiction_is_cautioned_against():
     assert load_scenario().modified(actuator={"torque_limit": 90.0}).cautions() == []
     assert load_scenario().modified(actuator={"torque_limit": 80.0}).cautions() == [
