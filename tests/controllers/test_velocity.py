@@ -4,12 +4,7 @@ import numpy as np
 import pytest
 from velocity_runs import ESTIMATORS, ON_POSITIONS, PERIOD, RESOLUTION, estimate, run_compiled
 
-from controllers import (
-    VELOCITY_ESTIMATORS,
-    difference_velocity,
-    low_pass_lag,
-    low_pass_velocity,
-)
+from controllers import VELOCITY_ESTIMATORS, difference_velocity, low_pass_lag, low_pass_velocity
 
 every = pytest.mark.parametrize("block", ESTIMATORS.values(), ids=ESTIMATORS)
 on_positions = pytest.mark.parametrize("block", ON_POSITIONS.values(), ids=ON_POSITIONS)

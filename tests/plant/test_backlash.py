@@ -11,15 +11,7 @@ from pydantic import ValidationError
 from scipy.integrate import solve_ivp
 from stepped_joint import run
 
-from plant import (
-    BacklashJoint,
-    BacklashState,
-    ElasticJoint,
-    ElasticState,
-    initial_state,
-    step_backlash,
-    step_elastic,
-)
+from plant import BacklashJoint, BacklashState, ElasticJoint, ElasticState, initial_state, step_backlash, step_elastic
 
 FIELDS = {"inertia": 20.0, **FRICTION, "link_share": 0.6, "link_stiffness": 5e4, "gap": 0.002}
 FREE = {**FIELDS, "coulomb": 0.0, "stiction": 0.0, "viscous": 0.0}

@@ -11,14 +11,7 @@ from pydantic import ValidationError
 from scipy.integrate import solve_ivp
 from stepped_joint import along_paths, run
 
-from plant import (
-    MaxwellJoint,
-    MaxwellState,
-    RollingJoint,
-    initial_state,
-    sliding_friction,
-    step_maxwell,
-)
+from plant import MaxwellJoint, MaxwellState, RollingJoint, initial_state, sliding_friction, step_maxwell
 from plant.maxwell import KNOTS
 
 FIELDS = {"inertia": 20.0, **FRICTION, "displacements": [3e-4, 1e-3, 2e-3, 4e-3], "shares": [0.4, 0.3, 0.2, 0.1]}

@@ -4,13 +4,7 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.special import lambertw
 
-from plant import (
-    FrictionChange,
-    FrictionVariation,
-    friction_factor,
-    heated,
-    schedule,
-)
+from plant import FrictionChange, FrictionVariation, friction_factor, heated, schedule
 
 
 def changes(*pairs):

@@ -4,9 +4,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from plant import (
-    Sensor,
-)
+from plant import Sensor
 
 
 def test_noise_is_white_and_gaussian_with_the_stated_deviation():

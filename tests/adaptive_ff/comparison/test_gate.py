@@ -8,15 +8,7 @@ from command_line import refusal, run_command_line
 from scenario_files import write_scenario
 from scipy import stats
 
-from adaptive_ff import (
-    Comparison,
-    InputError,
-    assert_no_regression,
-    compare,
-    load_scenario,
-    read_baseline,
-    regressions,
-)
+from adaptive_ff import Comparison, InputError, assert_no_regression, compare, load_scenario, read_baseline, regressions
 from adaptive_ff.comparison.gate import scenario_differences
 from adaptive_ff.scenario.reference import Recorded
 from adaptive_ff.simulation.metrics import METRIC_UNITS

@@ -12,10 +12,7 @@ import pytest
 from plan_inputs import plan_inputs
 from scipy.integrate import solve_ivp
 
-from adaptive_ff.friction.feedforward import (
-    FeedforwardState,
-    step_feedforward,
-)
+from adaptive_ff.friction.feedforward import FeedforwardState, step_feedforward
 from adaptive_ff.friction.model import TorqueModel
 
 PERIOD, PRESLIDING, STRIBECK = 0.01, 3e-3, 0.05

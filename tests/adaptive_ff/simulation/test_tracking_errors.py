@@ -5,12 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from adaptive_ff.simulation.tracking_errors import (
-    TrackingErrors,
-    pooled,
-    ratios,
-    tracking_errors,
-)
+from adaptive_ff.simulation.tracking_errors import TrackingErrors, pooled, ratios, tracking_errors
 
 ERROR = np.random.default_rng(4).standard_normal(2301)
 
