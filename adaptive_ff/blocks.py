@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controllers import Controller, Inputs
-from controllers.kernels.leaves import Leaf, leaves, value_at
-from controllers.kernels.leaves import rebuilt as with_numbers
+from controllers.kernels.memory import Leaf, leaves, value_at
+from controllers.kernels.memory import rebuilt as with_numbers
 from controllers.kernels.types import type_of
 from plant import (
     INITIAL_STATE,

@@ -17,7 +17,7 @@ import numpy as np
 
 from adaptive_ff.errors import InputError
 from controllers import Controller
-from controllers.kernels.leaves import Leaf, leaves, rebuilt, value_at
+from controllers.kernels.memory import Leaf, leaves, rebuilt, value_at
 from controllers.kernels.types import BOOLEAN, INTEGER, REAL, Type, type_of
 
 MAGIC = b"AFFS"

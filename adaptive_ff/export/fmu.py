@@ -17,8 +17,8 @@ from adaptive_ff.export.source import estimate_unit, header, rendered, source
 from controllers import Inputs, Output
 from controllers.kernels.comments import plain, section, unit
 from controllers.kernels.compiler import compiler
-from controllers.kernels.leaves import value_at
 from controllers.kernels.literals import c_name
+from controllers.kernels.memory import value_at
 
 PLATFORMS = {
     ("Linux", "x86_64"): {"2.0": "linux64", "3.0": "x86_64-linux"},

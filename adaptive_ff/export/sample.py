@@ -13,7 +13,7 @@ from adaptive_ff.export.buffer import layout
 from adaptive_ff.export.errors import NotExportable
 from controllers import ESTIMATES, STEPS, Controller, Inputs
 from controllers.kernels.comments import section
-from controllers.kernels.leaves import Leaf, rebuilt, value_at
+from controllers.kernels.memory import Leaf, rebuilt, value_at
 from controllers.kernels.types import BOOLEAN
 
 SAMPLES = 200

@@ -4,6 +4,7 @@ import inspect
 import re
 import textwrap
 from collections.abc import Sequence
+from itertools import accumulate, pairwise
 from typing import Any
 
 WIDTH = 116
@@ -75,55 +76,36 @@ def unit(description: str) -> str:
     return found[1].strip() if found else ""
 
 
+OPERATOR = re.compile(r"([+\-*/?:<>]|&&|\|\||[<>=!]=) ")
+
+
 def wrapped_code(line: str, width: int = 118) -> list[str]:
     """Break a long line of C: initialisers by field, else at a comma or operator as little nested as there is one."""
     if len(line) <= width or line.lstrip().startswith(("/*", "*")):
         return [line]
     margin = len(line) - len(line.lstrip())
-    return _by_field(line, margin, width) or _by_depth(line, margin, width)
-
-
-def _by_field(line: str, margin: int, width: int) -> list[str]:
-    """Give each field of the outermost initialiser a line; nothing where there is none."""
+    depths = list(accumulate((sign in "([{") - (sign in ")]}") for sign in line))
     start = line.find("{.") + 1
-    if not start:
-        return []
-    depth, cuts = 0, [start]
-    for place in range(start, len(line)):
-        depth += (line[place] in "([{") - (line[place] in ")]}")
-        if depth < 0:
-            break
-        if depth == 0 and line[place] == ",":
-            cuts.append(place + 1)
-    else:
-        return []
-    ends = [*cuts[1:], place]
-    parts = [line[first:last].strip().rstrip(",") for first, last in zip(cuts, ends, strict=True)]
-    inner = [part for part in parts for part in wrapped_code(f"{' ' * (margin + 4)}{part},", width)]
-    return [line[:start], *inner, *wrapped_code(" " * margin + line[place:], width)]
-
-
-def _by_depth(line: str, margin: int, width: int) -> list[str]:
-    candidates: list[tuple[int, int]] = []
-    depth = 0
-    for place, sign in enumerate(line[: width + 1]):
-        depth += (sign in "([{") - (sign in ")]}")
-        follows_comma = line[place - 2 : place] == ", "
-        if place > margin + 24 and (follows_comma or _begins_operator(line, place)):
-            candidates.append((depth, -place))
-    if not candidates:
+    end = next((place for place in range(start, len(line)) if start and depths[place] < depths[start]), 0)
+    if end:  # each field has a line
+        cuts = [
+            start,
+            *(place + 1 for place in range(start, end) if line[place] == "," and depths[place] == depths[start]),
+        ]
+        parts = [line[first:last].strip().rstrip(",") for first, last in pairwise([*cuts, end])]
+        inner = [part for part in parts for part in wrapped_code(f"{' ' * (margin + 4)}{part},", width)]
+        return [line[:start], *inner, *wrapped_code(" " * margin + line[end:], width)]
+    breaks = [(depths[place], -place) for place in range(margin + 25, width + 1) if _may_begin(line, place)]
+    if not breaks:
         return [line]
-    place = -min(candidates)[1]
-    continued = re.match(OPERATOR, line.lstrip()) is not None
-    rest = " " * (margin if continued else margin + 4) + line[place:].lstrip()
+    place = -min(breaks)[1]
+    rest = " " * (margin if OPERATOR.match(line.lstrip()) else margin + 4) + line[place:].lstrip()
     return [line[:place].rstrip(), *wrapped_code(rest, width)]
 
 
-OPERATOR = r"([+\-*/?:<>]|&&|\|\||[<>=!]=) "
-
-
-def _begins_operator(line: str, place: int) -> bool:
-    return line[place - 1] == " " and re.match(OPERATOR, line[place:]) is not None
+def _may_begin(line: str, place: int) -> bool:
+    """Tell whether a line may begin at a place: behind a comma or with an operator."""
+    return line[place - 2 : place] == ", " or (line[place - 1] == " " and OPERATOR.match(line, place) is not None)
 
 
 def joined(parts: Sequence[str]) -> str:

@@ -7,7 +7,7 @@ import operator
 from collections import Counter
 from collections.abc import Callable, Hashable
 from dataclasses import replace
-from functools import cache, partial
+from functools import cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -60,6 +60,7 @@ class Expressions:
         self.variables: dict[str, Variable] = {}  # those with a value, by their names in Python
         self.given: set[str] = set()  # variables that have a value here, by whatever way it is reached
         self.body: list[Statement] = []  # statements so far
+        self.statement: ast.stmt = kernel.tree  # the one that is read
         self.writes = 0  # how often arrays are changed in place so far
         self.conditional = 0  # how many expressions are open of which C may leave out a part
         names = [node for node in ast.walk(kernel.tree) if isinstance(node, ast.Name)]
@@ -67,8 +68,6 @@ class Expressions:
         self.stores = Counter(node.id for node in names if isinstance(node.ctx, ast.Store))
         arguments = kernel.tree.args
         self._taken = {*self.uses, *(each.arg for each in (*arguments.args, *arguments.kwonlyargs))}
-        self._reading: list[ast.AST] = []
-        self._ordered: set[int] = set()
 
     def fresh(self, wish: str) -> str:
         """Return a name that is not in use, like the one wished for."""
@@ -79,23 +78,19 @@ class Expressions:
         self._taken.add(name)
         return name
 
-    def open_statement(self, statement: ast.stmt) -> None:
-        """Note what a statement reads and calls: C leaves open in which order parts of an expression are computed."""
-        self._reading = [node for node in ast.walk(statement) if isinstance(node, ast.Call | ast.Subscript)]
-        self._ordered = set()
-        in_place = isinstance(statement, ast.AugAssign) and isinstance(statement.target, ast.Subscript)
-        open_parts: list[ast.AST | None] = [None if in_place else getattr(statement, "value", None)]
-        while open_parts:  # what and, or and not join is computed in the order of Python
-            node = open_parts.pop()
-            self._ordered.add(id(node))
-            open_parts += node.values if isinstance(node, ast.BoolOp) else []
-            open_parts += [node.operand] if isinstance(node, ast.UnaryOp) else []
-
     def _check_order(self, node: ast.Call, name: str) -> None:
-        """Refuse a call that changes arrays in the midst of an expression that reads elements or calls others."""
-        own = set(ast.walk(node))
-        others = [part for part in self._reading if part not in own and node not in ast.walk(part)]
-        if id(node) not in self._ordered and others:
+        """Refuse a call that changes arrays in the midst of an expression that reads elements or calls others.
+
+        C leaves open in which order the parts of an expression are computed, but for what and, or and not join.
+        """
+        whole, own = self.statement, set(ast.walk(node))
+        in_place = isinstance(whole, ast.AugAssign) and isinstance(whole.target, ast.Subscript)
+        ordered = [] if in_place else [getattr(whole, "value", None)]
+        for part in ordered:
+            ordered += part.values if isinstance(part, ast.BoolOp) else []
+            ordered += [part.operand] if isinstance(part, ast.UnaryOp) else []
+        reading = (part for part in ast.walk(whole) if isinstance(part, ast.Call | ast.Subscript) and part not in own)
+        if node not in ordered and any(node not in ast.walk(part) for part in reading):
             raise self.refusal(node, f"{name} changes arrays in place; give its result a name in a line before")
 
     def read(self, node: ast.expr) -> Node:
@@ -401,12 +396,7 @@ class Expressions:
             raise self.refusal(node, f"{ast.unparse(node.func)} is no function")
         given = self.spread(node.args)
         if function in OPERATIONS:
-            operation, count = OPERATIONS[function]
-            if node.keywords:
-                raise self.refusal(node, "{}: give the values one by one")
-            if count is not None and len(given) != count:
-                raise self.refusal(node, f"{{}} must have {count} arguments")
-            return operation(self, node, given)
+            return self._operation(node, *OPERATIONS[function], given)
         if isinstance(function, type) and issubclass(function, tuple) and hasattr(function, "_fields"):
             if makes_itself(function):
                 name = function.__name__
@@ -415,6 +405,51 @@ class Expressions:
                 )
             return self._record(node, function, self._bound(node, function, given))
         return self._call_of(node, function, given)
+
+    def _operation(self, node: ast.Call, name: str, count: int | None, values: list[Node]) -> Node:
+        """Return what mathematics gives, or one of the functions beside it."""
+        if node.keywords or (count is None and len(values) < 2):
+            raise self.refusal(node, "{}: give the values one by one")
+        if count not in (None, len(values)):
+            raise self.refusal(node, f"{{}} must have {count} arguments")
+        if name == "by address":
+            return self._call_address(node, values)
+        if name in ("integer", "natural"):
+            value = self._integer(node, values[0])
+            return replace(value, natural=value.natural or name == "natural")
+        integers = all(value.type == INTEGER for value in values)
+        if integers and name in ("floor", "ceil"):
+            return values[0]
+        if integers and name == "fabs":  # of the least one, itself
+            return Node("call", INTEGER, (values[0],), "absolute_integer")
+        if name in ("larger", "smaller"):  # of equal ones, or beside no number, the first
+            chosen, *others = values if integers else [self.as_real(node, value) for value in values]
+            for other in others:
+                chosen = Node("call", chosen.type, (chosen, other), f"{name}_integer" if integers else name)
+            return replace(chosen, natural=all(value.natural for value in values))
+        reals = tuple(self.as_real(node, value) for value in values)
+        if name in ("isfinite", "isnan"):
+            return Node("call", BOOLEAN, reals, name)
+        found = reals[0] if name == "real" else Node("math", REAL, reals, name)
+        return self._integer(node, found) if name in ("floor", "ceil") else found
+
+    def _integer(self, node: ast.Call, value: Node) -> Node:
+        """Return the integer that is next to a number towards zero."""
+        if value.type == INTEGER:
+            return value
+        if value.type not in (REAL, BOOLEAN):
+            raise self.refusal(node, "{} is no number")
+        if value.type == BOOLEAN or self.unit.fixed:
+            return Node("integer", INTEGER, (value,), natural=value.type == BOOLEAN)
+        return Node("call", INTEGER, (value,), "whole_number")
+
+    def _call_address(self, node: ast.Call, values: list[Node]) -> Node:
+        *places, row = values
+        if row.type != Array(REAL, (None,)):
+            raise self.refusal(node, "{}: the last argument must be an array of numbers")
+        self.writes += 1
+        row = self.named(node, row) if row.kind == "element" else self.placed(node, row)
+        return Node("by address", None, (*places, row))
 
     def _bound(self, node: ast.Call, function: Callable[..., Any], given: list[Node]) -> list[Node]:
         """Return values of all arguments, in order: given in their place, by name, and defaults, as in Python."""
@@ -497,78 +532,14 @@ def signature_of(function: Callable[..., Any]) -> inspect.Signature:
     return inspect.signature(function)
 
 
-Operation = Callable[[Expressions, ast.Call, list[Node]], Node]
-
-
-def _library(name: str, reader: Expressions, node: ast.Call, values: list[Node]) -> Node:
-    return Node("math", REAL, tuple(reader.as_real(node, value) for value in values), name)
-
-
-def _test(name: str, reader: Expressions, node: ast.Call, values: list[Node]) -> Node:
-    return Node("call", BOOLEAN, (reader.as_real(node, values[0]),), name)
-
-
-def _absolute(reader: Expressions, node: ast.Call, values: list[Node]) -> Node:
-    if values[0].type == INTEGER:  # of the least one, itself
-        return Node("call", INTEGER, (values[0],), "absolute_integer")
-    return _library("fabs", reader, node, values)
-
-
-def _choice(name: str, reader: Expressions, node: ast.Call, values: list[Node]) -> Node:
-    """Return the largest or smallest of values: of equal ones, or beside no number, the first."""
-    if len(values) < 2:
-        raise reader.refusal(node, "{}: give the values one by one")
-    integers = all(value.type == INTEGER for value in values)
-    chosen, *others = values if integers else [reader.as_real(node, value) for value in values]
-    for other in others:
-        chosen = Node("call", chosen.type, (chosen, other), f"{name}_integer" if integers else name)
-    return replace(chosen, natural=all(value.natural for value in values))
-
-
-def _integer(reader: Expressions, node: ast.Call, values: list[Node]) -> Node:
-    (value,) = values
-    if value.type == INTEGER:
-        return value
-    if value.type not in (REAL, BOOLEAN):
-        raise reader.refusal(node, "{} is no number")
-    if value.type == BOOLEAN or reader.unit.fixed:
-        return Node("integer", INTEGER, (value,), natural=value.type == BOOLEAN)
-    return Node("call", INTEGER, (value,), "whole_number")
-
-
-def _rounded(name: str, reader: Expressions, node: ast.Call, values: list[Node]) -> Node:
-    """Return the integer that rounding down or up makes of a number."""
-    return values[0] if values[0].type == INTEGER else _integer(reader, node, [_library(name, reader, node, values)])
-
-
-def _natural(reader: Expressions, node: ast.Call, values: list[Node]) -> Node:
-    return replace(_integer(reader, node, values), natural=True)
-
-
-def _call_address(reader: Expressions, node: ast.Call, values: list[Node]) -> Node:
-    *places, row = values
-    if row.type != Array(REAL, (None,)):
-        raise reader.refusal(node, "{}: the last argument must be an array of numbers")
-    reader.writes += 1
-    row = reader.named(node, row) if row.kind == "element" else reader.placed(node, row)
-    return Node("by address", None, (*places, row))
-
-
-ONE = "exp expm1 log log1p sin cos tan asin acos atan sinh cosh tanh asinh sqrt fabs"
+MATHEMATICS = "exp expm1 log log1p sin cos tan asin acos atan sinh cosh tanh asinh sqrt fabs floor ceil isfinite isnan"
 """Functions of ``math.h`` of one argument, which every machine has."""
 
-OPERATIONS: dict[Any, tuple[Operation, int | None]] = {
-    **{getattr(math, name): (partial(_library, name), 1) for name in ONE.split()},
-    **{getattr(math, name): (partial(_library, name), 2) for name in ("pow", "atan2", "copysign")},
-    **{getattr(module, name): (partial(_test, name), 1) for module in (math, np) for name in ("isfinite", "isnan")},
-    math.floor: (partial(_rounded, "floor"), 1),
-    math.ceil: (partial(_rounded, "ceil"), 1),
-    abs: (_absolute, 1),
-    max: (partial(_choice, "larger"), None),
-    min: (partial(_choice, "smaller"), None),
-    int: (_integer, 1),
-    float: (lambda reader, node, values: reader.as_real(node, values[0]), 1),
-    natural: (_natural, 1),
-    call: (_call_address, 4),
+OPERATIONS: dict[Any, tuple[str, int | None]] = {
+    **{getattr(math, name): (name, 1) for name in MATHEMATICS.split()},
+    **{getattr(math, name): (name, 2) for name in ("pow", "atan2", "copysign")},
+    **{getattr(np, name): (name, 1) for name in ("isfinite", "isnan")},
+    **{abs: ("fabs", 1), max: ("larger", None), min: ("smaller", None)},
+    **{int: ("integer", 1), float: ("real", 1), natural: ("natural", 1), call: ("by address", 4)},
 }
 """What kernels call beside each other, and how many arguments it takes, if not several."""

@@ -1,4 +1,4 @@
-"""Nested named tuples of numbers and arrays in memory, as compiled code lays them out.
+"""Nested named tuples of numbers and arrays: as flat lists, and in memory as compiled code lays them out.
 
 A controller's parameters and state are read and written by its compiled kernels at fixed addresses, so that neither
 has to be made anew at each call. The layout is that of a struct in C: numbers at their natural alignment, a named tuple
@@ -7,9 +7,13 @@ as a struct within the struct, an array as a pointer to the memory that the nump
 
 import struct
 from collections.abc import Hashable, Iterator
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+
+from controllers.kernels.literals import c_name
+from controllers.kernels.types import Array, Line, Record, Scalar, Type
 
 NUMBERS = {"d": np.dtype(np.float64), "q": np.dtype(np.int64), "?": np.dtype(np.bool_)}
 """Types of numbers, by the names that the module ``struct`` has for them."""
@@ -125,3 +129,61 @@ def _rebuilt(template: Any, words: Iterator[Any], arrays: dict[tuple[int, ...], 
     if isinstance(template, np.ndarray):
         return arrays[tuple(next(words) for _ in range(1 + template.ndim))]
     return next(words)
+
+
+@dataclass(frozen=True)
+class Leaf:
+    """A number, or an array of numbers, in a nested named tuple."""
+
+    path: tuple[str | int, ...]  # names of the fields, and places in tuples, that lead to it
+    kind: Scalar  # what it holds
+    shape: tuple[int, ...] = ()  # shape of the array; empty for a number
+    is_array: bool = False  # whether it is an array
+
+    @property
+    def count(self) -> int:
+        """How many numbers it holds."""
+        return int(np.prod(self.shape, dtype=int))
+
+    @property
+    def member(self) -> str:
+        """Its place within a struct in C."""
+        text = "".join(f".at[{step}]" if isinstance(step, int) else f".{c_name(step)}" for step in self.path)
+        return text.removeprefix(".")
+
+    @property
+    def storage(self) -> str:
+        """Name of the array that holds its numbers."""
+        return "_".join(str(step) for step in self.path)
+
+
+def leaves(kind: Type, path: tuple[str | int, ...] = ()) -> Iterator[Leaf]:
+    """Yield all numbers and arrays of a type in their order."""
+    if isinstance(kind, Record):
+        for name, field in kind.fields:
+            yield from leaves(field, (*path, name))
+    elif isinstance(kind, Line):
+        for place in range(kind.length):
+            yield from leaves(kind.element, (*path, place))
+    elif isinstance(kind, Array):
+        yield Leaf(path, kind.element, tuple(extent for extent in kind.shape if extent is not None), True)
+    else:
+        yield Leaf(path, Scalar(kind.kind))
+
+
+def value_at(value: Any, path: tuple[str | int, ...]) -> Any:
+    """Return what stands at a place in a nested named tuple."""
+    for step in path:
+        value = value[step] if isinstance(step, int) else getattr(value, step)
+    return value
+
+
+def rebuilt(template: Any, values: Iterator[Any]) -> Any:
+    """Return a nested named tuple like a template with other numbers, in the order of its leaves."""
+    if isinstance(template, tuple):
+        items = [rebuilt(item, values) for item in template]
+        return type(template)(*items) if hasattr(template, "_fields") else tuple(items)
+    value = next(values)
+    if isinstance(template, np.ndarray):
+        return np.array(value, dtype=template.dtype).reshape(template.shape)
+    return type(template)(value)

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from controllers.kernels.comments import WIDTH, comment_lines, described, summary, wrapped_code
 from controllers.kernels.literals import Precision, c_name
-from controllers.kernels.tree import Declare, Do, For, Function, Give, If, Let, Node, Plain, Return, Statement, While
+from controllers.kernels.tree import Do, For, Function, Give, If, Let, Node, Statement, Variable, While
 from controllers.kernels.types import BOOLEAN, INTEGER, REAL, Array, Line, Record, Scalar, Type, passed_by_pointer
 
 C_PARTS = {
@@ -43,6 +43,7 @@ class Printer:
         self.structs: dict[Type, Struct] = {}
         self.helpers: set[str] = set()
         self._names: set[str] = set()
+        self._used: set[str] = set()  # variables that are named in the function that is printed
 
     def c_type(self, kind: Type) -> str:
         """Return the type in C of a value that is no array of fixed sizes."""
@@ -121,7 +122,7 @@ class Printer:
                 return node.name
             case "variable":
                 assert node.variable is not None
-                return f"*{node.variable.name}" if node.variable.is_pointer else node.variable.name
+                return f"{'*' if node.variable.is_pointer else ''}{self._named(node.variable)}"
             case "field":
                 return f"{self._behind(node.parts[0])}{c_name(node.name)}"
             case "size":
@@ -152,16 +153,20 @@ class Printer:
             self.helpers.add(node.name)
         return f"{node.name}{self.precision.suffix if node.kind == 'math' else ''}({arguments})"
 
+    def _named(self, variable: Variable) -> str:
+        self._used.add(variable.name)
+        return variable.name
+
     def address(self, node: Node) -> str:
         """Return a pointer to a place in memory."""
         if node.variable is not None and node.variable.is_pointer:
-            return node.variable.name
+            return self._named(node.variable)
         return f"&{self.text(node, UNARY)}"
 
     def _behind(self, owner: Node) -> str:
         """Return a record or tuple with what stands in C between it and the name of a field."""
         if owner.variable is not None and owner.variable.is_pointer:
-            return f"{owner.variable.name}->"
+            return f"{self._named(owner.variable)}->"
         return f"{self.text(owner, PRIMARY)}."
 
     def _flat(self, node: Node) -> tuple[str, str, int]:
@@ -207,28 +212,24 @@ class Printer:
 
     def _integer(self, node: Node) -> str:
         """Return an integer, of a known one its value, but for constants of modules, whose names say more."""
-        text = self.text(node)
-        return text if node.constant is None or text == text.upper() else str(node.constant)
+        return self.text(node) if node.constant is None or _is_of_constants(node) else str(node.constant)
 
     def _lines(self, body: Sequence[Statement], depth: int) -> Iterator[str]:
         """Yield the lines of statements; after a variable that may be used nowhere, one that is written if so."""
         margin = "    " * depth
         for each in body:
             match each:
-                case Declare(variable):
+                case Let(variable, value):
                     if variable.type is not None:  # else its only values are in branches for other sizes
-                        yield f"{margin}{self.declaration(variable.type, variable.name)};"
-                case Let():
-                    yield f"{margin}{self._first_value(each)};"
-                    yield f"{margin}{UNUSED}{each.variable.name}"
+                        yield f"{margin}{self._let(each, variable.type)};"
+                    if value is not None and self.fixed:
+                        yield f"{margin}(void){variable.name};"
                 case Give(place, value, sign):
                     yield f"{margin}{self.text(place)} {sign}= {self.text(value)};"
-                case Do(call):
-                    yield f"{margin}{self.text(call)};"
-                case Return(value):
-                    yield f"{margin}return {self.text(value)};"
-                case Plain(text):
-                    yield f"{margin}{text}"
+                case Do(value, word):
+                    yield f"{margin}{word}{self.text(value)};"
+                case str():
+                    yield f"{margin}{each}"
                 case If():
                     yield from self._branch(each, depth)
                 case For(counter, start, end, stride, inner):
@@ -242,15 +243,16 @@ class Printer:
                     yield from self._lines(inner, depth + 1)
                     yield f"{margin}}}"
 
-    def _first_value(self, each: Let) -> str:
-        variable, kind = each.variable, each.variable.type
-        assert kind is not None
+    def _let(self, each: Let, kind: Type) -> str:
+        variable, value = each.variable, each.value
+        if value is None:
+            return self.declaration(kind, variable.name)
         if variable.is_pointer:
-            return f"const {self.c_type(kind)} *{variable.name} = {self.address(each.value)}"
+            return f"const {self.c_type(kind)} *{variable.name} = {self.address(value)}"
         if kind == INTEGER and variable.constant is not None:
-            return f"const {'int' if self.fixed else 'int64_t'} {variable.name} = {self._integer(each.value)}"
+            return f"const {'int' if self.fixed else 'int64_t'} {variable.name} = {self._integer(value)}"
         constant = "const " if each.is_constant and not isinstance(kind, Array) else ""
-        return f"{constant}{self.declaration(kind, variable.name)} = {self.text(each.value)}"
+        return f"{constant}{self.declaration(kind, variable.name)} = {self.text(value)}"
 
     def _branch(self, branch: If, depth: int) -> Iterator[str]:
         margin = "    " * depth
@@ -268,44 +270,24 @@ class Printer:
     def definition(self, function: Function) -> str:
         """Return the definition of a function, with its comment."""
         restrict = "" if self.fixed else "restrict "  # records never change, nor overlap with what does
-        declared, opening = [], []
+        declared = []
         for argument in function.arguments:
             assert argument.type is not None
             pointed = f"const {self.c_type(argument.type)} *{restrict}{argument.name}" if argument.is_pointer else ""
             declared.append(pointed or self.declaration(argument.type, argument.name))
-        for copy, given in function.copies:
-            assert copy.type is not None
-            opening.append(f"    {self.c_type(copy.type)} {copy.name} = *{given.name};")
-        lines = [*self._lines(function.body, 1)]
-        code = opening + [line for line in lines if not line.lstrip().startswith(("/*", UNUSED))]
-        for argument in function.arguments if self.fixed else []:  # compilers warn of what is unused
-            opening += [] if _uses(code, argument.name) else [f"    (void){argument.name};"]
+        self._used = set()
+        lines = [f"    (void){argument.name};" for argument in function.arguments if self.fixed]
+        lines += self._lines(function.body, 1)
+        # compilers of firmware warn of what is unused
+        needless = {f"(void){name};" for name in self._used}
+        lines = [line for line in lines if line.lstrip() not in needless]
         head = f"void {function.name}" if function.result is None else self.declaration(function.result, function.name)
-        whole = [
-            f"{'static inline' if self.fixed else 'KERNEL'} {head}({', '.join(declared) or 'void'})",
-            "{",
-            *opening,
-        ]
-        for line in lines:
-            margin, mark, name = line.partition(UNUSED)
-            if not mark:
-                whole.append(line)
-            elif self.fixed and _uses(code, name) == 1:  # its declaration
-                whole.append(f"{margin}(void){name};")
-        whole.append("}")
+        lines[:0] = [f"{'static inline' if self.fixed else 'KERNEL'} {head}({', '.join(declared) or 'void'})", "{"]
+        lines.append("}")
         if not self.fixed:
-            return "\n".join(whole) + "\n"
+            return "\n".join(lines) + "\n"
         comment = comment_lines(inspect.getdoc(function.kernel.function) or "")
-        return comment + "\n".join(part for line in whole for part in wrapped_code(line)) + "\n"
-
-
-UNUSED = "unused: "
-"""Marks a line that says that a variable is used nowhere, which is known when the function is complete."""
-
-
-def _uses(lines: list[str], name: str) -> int:
-    """Return how many lines name a variable, which a field of the same name does not."""
-    return sum(bool(re.search(rf"(?<![.>\w]){name}\b", line)) for line in lines)
+        return comment + "\n".join(part for line in lines for part in wrapped_code(line)) + "\n"
 
 
 def _rank(node: Node) -> int:
@@ -315,6 +297,11 @@ def _rank(node: Node) -> int:
     if node.kind in ("real", "integer") or (node.kind == "number" and node.constant < 0):
         return UNARY
     return CHOICE if node.kind == "choice" else PRIMARY
+
+
+def _is_of_constants(node: Node) -> bool:
+    inner = node.kind == "operator" and all(map(_is_of_constants, node.parts))
+    return inner or node.kind in ("number", "constant")
 
 
 def _simple(text: str) -> str:

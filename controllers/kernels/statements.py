@@ -8,21 +8,7 @@ from typing import Any
 from controllers.kernels.comments import plain, section
 from controllers.kernels.expressions import ARITHMETIC, Expressions
 from controllers.kernels.literals import c_name
-from controllers.kernels.tree import (
-    Declare,
-    Do,
-    For,
-    Function,
-    Give,
-    If,
-    Node,
-    Plain,
-    Return,
-    Statement,
-    Variable,
-    While,
-    number,
-)
+from controllers.kernels.tree import Do, For, Function, Give, If, Let, Node, Statement, Variable, While, number
 from controllers.kernels.types import BOOLEAN, INTEGER, REAL, Array, Line, Record, Type, passed_by_pointer
 
 ANNOTATED = {"float": REAL, "int": INTEGER, "bool": BOOLEAN}
@@ -46,56 +32,35 @@ class Statements(Expressions):
         self.loops: list[tuple[list[set[str]], list[set[str]]]] = []
         self.declared: dict[str, Variable] = {}
         self.counters = Counter(ast.unparse(node.target) for node in ast.walk(tree) if isinstance(node, ast.For))
-        self._commented: set[int] = set()
+        self.comments = dict(self.kernel.comments) if self.unit.fixed else {}  # those that are not written yet
         given_all = zip([*arguments.args, *arguments.kwonlyargs], kinds, constants, strict=True)
-        taken: list[Variable] = []
-        copies: list[tuple[Variable, Variable]] = []
-        for argument, kind, known in given_all:
-            self._argument(argument.arg, kind, known, taken, copies)
-        body = self._body()
-        constant = self.returned[0] if len(self.returned) == 1 and not self.writes else None
-        is_known = constant is not None and self.result == constant.type and self.result in (INTEGER, BOOLEAN)
-        return Function(
-            name,
-            self.kernel,
-            taken,
-            copies,
-            self.result,
-            body,
-            self.writes > 0,
-            constant.constant if constant is not None and is_known else None,
-            self.result == INTEGER and all(value.natural for value in self.returned),
-        )
+        taken = [self._argument(argument.arg, kind, known) for argument, kind, known in given_all]
+        first = tree.body[0]
+        has_docstring = isinstance(first, ast.Expr) and isinstance(first.value, ast.Constant)
+        self._sequence(tree.body[has_docstring:])
+        if not self.ended and self.result is not None:
+            raise self.refusal(tree, "it must return a value at its end, as it does elsewhere")
+        constant, natural = None, self.result == INTEGER and all(value.natural for value in self.returned)
+        if len(self.returned) == 1 and not self.writes and self.result == self.returned[0].type != REAL:
+            constant = self.returned[0].constant
+        return Function(name, self.kernel, taken, self.result, self.body, self.writes > 0, constant, natural)
 
-    def _argument(
-        self, name: str, kind: Type, known: Any, taken: list[Variable], copies: list[tuple[Variable, Variable]]
-    ) -> None:
+    def _argument(self, name: str, kind: Type, known: Any) -> Variable:
         self.unit.note(kind)
         changes = self.stores[name] > 0
-        variable = self.variables[name] = self.declared[name] = Variable(c_name(name), kind)
-        self.given.add(name)
         if name == "_" and changes:
             raise self.refusal(self.kernel.tree, "_ keeps no value; give the argument a name")
-        if passed_by_pointer(kind):
-            if changes:
-                copy, variable = variable, Variable(self.fresh(f"given_{name}"), kind)
-                copies.append((copy, variable))
-            variable.is_pointer = True
-        elif not changes and known is not None:
+        variable = self.variables[name] = self.declared[name] = Variable(c_name(name), kind)
+        self.given.add(name)
+        if passed_by_pointer(kind) and changes:
+            given = Variable(self.fresh(f"given_{name}"), kind, is_pointer=True)
+            self.let(variable, Node("variable", kind, variable=given), False)
+            return given
+        variable.is_pointer = passed_by_pointer(kind)
+        if kind in (INTEGER, REAL) and not changes and known is not None:
             variable.constant = known if isinstance(known, int | float) else None
             variable.natural = kind == INTEGER and (variable.constant is None or variable.constant >= 0)
-        taken.append(variable)
-
-    def _body(self) -> list[Statement]:
-        statements = self.kernel.tree.body
-        first = statements[0]
-        if isinstance(first, ast.Expr) and isinstance(first.value, ast.Constant):
-            self._commented.update(range(first.lineno, (first.end_lineno or first.lineno) + 1))
-            statements = statements[1:]
-        body = self._inner(statements)
-        if not self.ended and self.result is not None:
-            raise self.refusal(self.kernel.tree, "it must return a value at its end, as it does elsewhere")
-        return body
+        return variable
 
     def _inner(self, statements: list[ast.stmt]) -> list[Statement]:
         """Return the statements of a body of their own."""
@@ -110,13 +75,13 @@ class Statements(Expressions):
             if self.ended:
                 return
             self._comments_above(statement)
+            head = getattr(statement, "test", getattr(statement, "iter", None))
+            self.statement = ast.Expr(head) if head else statement
             if isinstance(statement, ast.If):
                 self._if(statement)
                 continue
             if isinstance(statement, ast.For | ast.While):
                 self._announce(statement)
-            else:
-                self.open_statement(statement)
             start = len(self.body)
             self._statement(statement)
             self._comment_beside(statement, start)
@@ -139,7 +104,7 @@ class Statements(Expressions):
                 self._while(statement)
             case ast.Break() | ast.Continue() if self.loops:
                 self.loops[-1][isinstance(statement, ast.Break)].append(set(self.given))
-                self.body.append(Plain(f"{ast.unparse(statement)};"))
+                self.body.append(f"{ast.unparse(statement)};")
                 self.ended = True
             case ast.Pass():
                 pass
@@ -157,58 +122,48 @@ class Statements(Expressions):
             is_new = name != "_" and name not in self.declared and self.counters[name] < self.stores[name]
             if is_new and all(body[name] < self.uses[name] for body in inner):  # a loop declares its counter
                 self.declared[name] = Variable(c_name(name), None)
-                self.body.append(Declare(self.declared[name]))
+                self.body.append(Let(self.declared[name]))
 
     def _comments_above(self, statement: ast.stmt) -> None:
-        if not self.unit.fixed:
-            return
-        line, found = statement.lineno - 1, []
-        while line in self.kernel.comments and self.kernel.comments[line][1] and line not in self._commented:
-            self._commented.add(line)
-            found.append(self.kernel.comments[line][0])
+        line, found = statement.lineno - 1, list[Statement]()
+        while self.comments.get(line, ("", False))[1]:
+            found.insert(0, f"/* {plain(self.comments.pop(line)[0])} */")
             line -= 1
-        self.body += [Plain(f"/* {plain(text)} */") for text in reversed(found)]
+        self.body += found
 
     def _comment_beside(self, statement: ast.stmt, start: int) -> None:
         """Note the comment beside a statement, above what it became."""
-        if not self.unit.fixed:
-            return
         last = statement.lineno if isinstance(statement, ast.For | ast.If) else statement.end_lineno
-        found = (
-            self.kernel.comments.keys() & {*range(statement.lineno, (last or statement.lineno) + 1)} - self._commented
-        )
-        self._commented |= found
-        if found and len(self.body) > start:
-            texts = "; ".join(plain(self.kernel.comments[line][0]) for line in sorted(found))
-            self.body.insert(start, Plain(f"/* {texts} */"))
+        lines = [line for line in range(statement.lineno, (last or 0) + 1) if line in self.comments]
+        texts = "; ".join(plain(self.comments.pop(line)[0]) for line in lines)
+        if texts and len(self.body) > start:
+            self.body.insert(start, f"/* {texts} */")
 
     def _assign(self, target: ast.expr, node: ast.expr) -> None:
         if isinstance(target, ast.Tuple):
             self._unpack(target, node)
-        elif isinstance(target, ast.Name):
-            self._bind(target, self.read(node))
+            return
+        writes, value = self.writes, self.read(node)  # before the place where it goes, as Python does
+        inner = any(isinstance(part, ast.Call | ast.Subscript) and part is not target for part in ast.walk(target))
+        if self.writes > writes and inner:
+            value = self._kept(node, value)
+        if isinstance(value.type, Record | Line) and isinstance(target, ast.Subscript):
+            self._give_row(target, node, value)
         else:
-            writes, value = self.writes, self.read(node)  # before the place where it goes, as Python does
-            inner = any(isinstance(part, ast.Call | ast.Subscript) and part is not target for part in ast.walk(target))
-            if self.writes > writes and inner:
-                value = self._kept(node, value)
-            if isinstance(value.type, Record | Line) and isinstance(target, ast.Subscript):
-                self._give_row(target, node, value)
-            else:
-                self._give(target, value)
+            self._give(target, value)
 
     def _give(self, target: ast.expr, value: Node) -> None:
         """Give a target, perhaps one of several, its value."""
         if isinstance(target, ast.Name):
             self._bind(target, value)
-        elif isinstance(target, ast.Tuple | ast.List | ast.Starred):
+            return
+        if isinstance(target, ast.Tuple | ast.List | ast.Starred):
             raise self.refusal(target, "{} cannot be one of several targets; write a statement for each")
-        else:
-            place = self._place(target)
-            value = self.agreeing(target, value, place.type)
-            if place.type != value.type:
-                raise self.refusal(target, "{} must be given a value of the array's type")
-            self.body.append(Give(place, value))
+        place = self._place(target)
+        value = self.agreeing(target, value, place.type)
+        if place.type != value.type:
+            raise self.refusal(target, "{} must be given a value of the array's type")
+        self.body.append(Give(place, value))
 
     def _place(self, target: ast.expr) -> Node:
         """Return an element of an array that is to be changed."""
@@ -299,7 +254,6 @@ class Statements(Expressions):
         self.body.append(Give(place, self.agreeing(statement.value, value, place.type), sign))
 
     def _if(self, statement: ast.If) -> None:
-        self.open_statement(ast.Expr(statement.test))
         test = self.condition(statement.test)
         if test.constant is not None:  # sizes decide it: the other branch is for other sizes
             self._sequence(statement.body if test.constant else statement.orelse)
@@ -367,7 +321,6 @@ class Statements(Expressions):
         return is_global and self.unit.resolved(self.kernel, call.func) is range
 
     def _while(self, statement: ast.While) -> None:
-        self.open_statement(ast.Expr(statement.test))
         self.conditional += 1  # nothing may be computed before a test that is made anew each time
         test = self.condition(statement.test)
         self.conditional -= 1
@@ -410,7 +363,7 @@ class Statements(Expressions):
         elif self.result != value.type and (self.result, value.type) != (REAL, INTEGER):
             raise self.refusal(statement, f"{ast.unparse(statement)!r}: all returns must give values of the same types")
         self.returned.append(value)
-        self.body.append(Return(self.agreeing(node, value, self.result)))
+        self.body.append(Do(self.agreeing(node, value, self.result), "return "))
 
     def _several(self, statement: ast.Return, values: list[Node]) -> Node:
         if isinstance(self.result, Record) and len(self.result.fields) == len(values):

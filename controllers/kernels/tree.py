@@ -6,7 +6,7 @@ Names are those of C; how operators bind, what is a pointer and how numbers look
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, NamedTuple, Union
+from typing import Any, NamedTuple
 
 from controllers.kernels.sources import Kernel
 from controllers.kernels.types import BOOLEAN, INTEGER, REAL, Array, Line, Record, Scalar, Type
@@ -86,18 +86,12 @@ def number(value: bool | int | float, where: str = "") -> Node:
     return Node("number", REAL, name=where, constant=float(value))
 
 
-class Declare(NamedTuple):
-    """A variable that gets its value later."""
-
-    variable: Variable
-
-
 class Let(NamedTuple):
-    """A variable and its first value."""
+    """A variable, and its first value where that is known when it is declared."""
 
     variable: Variable
-    value: Node
-    is_constant: bool  # whether that is its only value
+    value: Node | None = None
+    is_constant: bool = False  # whether that is its only value
 
 
 class Give(NamedTuple):
@@ -109,9 +103,10 @@ class Give(NamedTuple):
 
 
 class Do(NamedTuple):
-    """A call."""
+    """A call, or the end of the function and what that gives."""
 
-    call: Node
+    value: Node
+    word: str = ""
 
 
 class If(NamedTuple):
@@ -139,19 +134,8 @@ class While(NamedTuple):
     body: list["Statement"]
 
 
-class Return(NamedTuple):
-    """The end, and what is given."""
-
-    value: Node
-
-
-class Plain(NamedTuple):
-    """A line of C as it is: a comment, ``break``, ``continue``."""
-
-    text: str
-
-
-Statement = Union[Declare, Let, Give, Do, If, For, While, Return, Plain]  # noqa: UP007  (forward references)
+Statement = Let | Give | Do | If | For | While | str
+"""What a function does; a text is a line of C as it is: a comment, ``break``, ``continue``."""
 
 
 @dataclass(frozen=True)
@@ -161,9 +145,6 @@ class Function:
     name: str  # its name in C
     kernel: Kernel  # what it was read from
     arguments: list[Variable]
-    copies: list[
-        tuple[Variable, Variable]
-    ]  # of arguments that are passed by pointer and change, each with its argument
     result: Type | None  # what it returns; none for one that changes arrays in place only
     body: list[Statement]
     writes: bool  # whether it changes arrays in place

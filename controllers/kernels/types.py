@@ -102,57 +102,39 @@ def makes_itself(origin: Any) -> bool:
 
 
 def type_of(value: Any, where: str = "", *, sizes: bool = False, values: bool = False) -> Type:
-    """Return the type of a sample value."""
+    """Return the type of a sample value, with the sizes of its arrays and the values of its numbers where wanted."""
     if isinstance(value, bool | np.bool_):
-        return Scalar(BOOLEAN.kind, bool(value)) if values else BOOLEAN
-    if isinstance(value, int | np.integer):
-        if not is_within_word(int(value)):
-            problem = f"{value} is beyond the 64 bits that integers have in kernels; give a real number"
-            raise NotTranslatable(_named(where, problem))
-        return Scalar(INTEGER.kind, int(value)) if values else INTEGER
+        return Scalar(BOOLEAN.kind, bool(value) if values else None)
+    if isinstance(value, int | np.integer) and is_within_word(int(value)):
+        return Scalar(INTEGER.kind, int(value) if values else None)
     if isinstance(value, float):
-        return Scalar(REAL.kind, float(value)) if values and not math.isnan(value) else REAL
-    if isinstance(value, np.ndarray):
-        return _array_type(value, where, sizes)
-    if isinstance(value, tuple):
-        return _tuple_type(value, where, sizes, values)
+        return Scalar(REAL.kind, float(value) if values and not math.isnan(value) else None)
+    if isinstance(value, np.ndarray) and value.ndim and value.dtype in ELEMENTS:
+        if value.flags.c_contiguous and value.flags.aligned:
+            return Array(ELEMENTS[value.dtype], value.shape if sizes else (None,) * value.ndim)
+    elif hasattr(value, "_fields") and not makes_itself(type(value)):
+        places = [(name, f"{where}.{name}" if where else name) for name in value._fields]
+        items = zip(places, value, strict=True)
+        fields = ((name, type_of(item, place, sizes=sizes, values=values)) for (name, place), item in items)
+        return Record(type(value).__name__, tuple(fields), type(value))
+    elif isinstance(value, tuple) and not hasattr(value, "_fields"):
+        elements = {type_of(item, f"{where}[{k}]", sizes=sizes) for k, item in enumerate(value)}
+        if len(elements) == 1:
+            return Line(elements.pop(), len(value))
     raise NotTranslatable(_refused(value, where))
 
 
-def _named(where: str, problem: str) -> str:
-    return f"{where}: {problem}" if where else problem
-
-
 def _refused(value: Any, where: str) -> str:
-    given = f"{where} = {value!r}" if where else f"{value!r}"
-    return (
-        f"{given} is not allowed in kernels: they take numbers, contiguous arrays of float64, int64 or bool, named "
-        "tuples, and tuples of values of one type"
-    )
-
-
-def _array_type(value: Any, where: str, sizes: bool) -> Array:
-    if value.ndim == 0:
-        problem = f"{value!r} is an array without dimensions, which kernels do not take; give the number"
-        raise NotTranslatable(_named(where, problem))
-    if value.dtype not in ELEMENTS or not (value.flags.c_contiguous and value.flags.aligned):
-        raise NotTranslatable(_refused(value, where))
-    return Array(ELEMENTS[value.dtype], value.shape if sizes else (None,) * value.ndim)
-
-
-def _tuple_type(value: Any, where: str, sizes: bool, values: bool) -> Type:
+    given = f"{where}: {value!r}" if where else repr(value)
+    if isinstance(value, int):
+        return f"{given} is beyond the 64 bits that integers have in kernels; give a real number"
+    if isinstance(value, np.ndarray) and value.ndim == 0:
+        return f"{given} is an array without dimensions, which kernels do not take; give the number"
     if hasattr(value, "_fields"):
-        if makes_itself(type(value)):
-            problem = f"{value!r} is of a class with a __new__ of its own; kernels take plain named tuples"
-            raise NotTranslatable(_named(where, problem))
-        pairs = zip(type(value)._fields, value, strict=True)
-        places = ((name, f"{where}.{name}" if where else name, item) for name, item in pairs)
-        fields = tuple((name, type_of(item, place, sizes=sizes, values=values)) for name, place, item in places)
-        return Record(type(value).__name__, fields, type(value))
-    elements = {type_of(item, f"{where}[{k}]", sizes=sizes) for k, item in enumerate(value)}
-    if len(elements) != 1:
-        raise NotTranslatable(_refused(value, where))
-    return Line(elements.pop(), len(value))
+        return f"{given} is of a class with a __new__ of its own; kernels take plain named tuples"
+    allowed = "contiguous arrays of float64, int64 or bool, named tuples, and tuples of values of one type"
+    given = f"{where} = {value!r}" if where else repr(value)
+    return f"{given} is not allowed in kernels: they take numbers, {allowed}"
 
 
 def members(kind: Type) -> int:
