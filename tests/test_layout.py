@@ -47,28 +47,27 @@ def test_both_public_faces_are_lazy():
     assert {ROOT / "adaptive_ff" / "__init__.pyi", ROOT / "controllers" / "__init__.pyi"} <= set(STUBS)
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.relative_to(ROOT).as_posix())
-def test_rows_of_tables_have_the_cells_of_their_head(page):
+def test_rows_of_tables_have_the_cells_of_their_head():
     """A row of another table among them is shown as if it belonged there."""
-    cells = 0
-    for number, line in enumerate(page.read_text().splitlines(), 1):
-        found = re.sub(r"`[^`]*`", "", line).count("|") if line.startswith("|") else 0
-        assert not cells or not found or found == cells, f"{page}:{number}: {line[:80]}"
-        cells = found
+    for page in PAGES:
+        cells = 0
+        for number, line in enumerate(page.read_text().splitlines(), 1):
+            found = re.sub(r"`[^`]*`", "", line).count("|") if line.startswith("|") else 0
+            assert not cells or not found or found == cells, f"{page}:{number}: {line[:80]}"
+            cells = found
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.relative_to(ROOT).as_posix())
-def test_links_of_pages_lead_somewhere(page):
-    for target in re.findall(
-        r"\]\(([^)#\s]*)(?:#[^)\s]*)?\)", re.sub(r"```.*?```", "", page.read_text(), flags=re.DOTALL)
-    ):
-        assert "://" in target or (page.parent / target).exists(), f"{page}: {target}"
+def test_links_of_pages_lead_somewhere():
+    for page in PAGES:
+        text = re.sub(r"```.*?```", "", page.read_text(), flags=re.DOTALL)
+        for target in re.findall(r"\]\(([^)#\s]*)(?:#[^)\s]*)?\)", text):
+            assert "://" in target or (page.parent / target).exists(), f"{page}: {target}"
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.relative_to(ROOT).as_posix())
-def test_links_to_headings_find_them(page):
-    for target, heading in re.findall(r"\]\(([^)#\s:]*)#([^)\s]*)\)", page.read_text()):
-        text = (page.parent / target).read_text() if target else page.read_text()
-        headings = re.findall(r"^#+ (.*)$", text, flags=re.MULTILINE)
-        anchors = {re.sub(r"[^\w\- ]", "", line.lower()).replace(" ", "-") for line in headings}
-        assert heading in anchors, f"{page}: {target}#{heading}"
+def test_links_to_headings_find_them():
+    for page in PAGES:
+        for target, heading in re.findall(r"\]\(([^)#\s:]*)#([^)\s]*)\)", page.read_text()):
+            text = (page.parent / target).read_text() if target else page.read_text()
+            headings = re.findall(r"^#+ (.*)$", text, flags=re.MULTILINE)
+            anchors = {re.sub(r"[^\w\- ]", "", line.lower()).replace(" ", "-") for line in headings}
+            assert heading in anchors, f"{page}: {target}#{heading}"

@@ -12,7 +12,7 @@ from adaptive_ff.comparison.registry import make_controller
 from controllers import PI, PositionLoop
 from plant import Actuator, ElasticJoint, Joint
 
-SCENARIO = load_scenario().modified(duration=1.5, adaptation={"identify": "offset"})  # without a position
+SCENARIO = load_scenario().modified(duration=1.0, adaptation={"identify": "offset"})  # without a position
 PERIOD = SCENARIO.sampling.period
 CONNECTIONS = [
     ["controller.velocity", "sensor.measured"],

@@ -42,7 +42,7 @@ def inertias(model):
 
 
 @every
-@settings(max_examples=30)
+@settings(max_examples=20)
 @given(forces=torques, velocity=st.floats(-0.5, 0.5))
 def test_step_solves_the_equation_of_motion(kind, forces, velocity):
     """``J (w+ - w)/h = u - f+ - offset`` for the momentum of all sides together; the friction is that of the end."""
@@ -56,7 +56,7 @@ def test_step_solves_the_equation_of_motion(kind, forces, velocity):
 
 
 @every
-@settings(max_examples=30)
+@settings(max_examples=20)
 @given(forces=torques)
 def test_friction_takes_energy_and_gives_none(kind, forces):
     """From rest, the work done at the motor against friction and inertia is never less than the energy of motion.
@@ -76,7 +76,7 @@ def test_friction_takes_energy_and_gives_none(kind, forces):
 
 
 @every
-@settings(max_examples=30)
+@settings(max_examples=20)
 @given(forces=torques, velocity=st.floats(-0.5, 0.5))
 def test_friction_is_odd(kind, forces, velocity):
     even = {**MODELS[kind].model_dump(), "offset": 0.0, "stiction_backward": None}

@@ -23,7 +23,7 @@ pytestmark = pytest.mark.usefixtures("compiled")
 
 @pytest.fixture(scope="module")
 def log(tmp_path_factory):
-    path, made = tmp_path_factory.mktemp("sizes") / "log.csv", make_log(duration=20.0, noise=0.1)
+    path, made = tmp_path_factory.mktemp("sizes") / "log.csv", make_log(duration=20.0, period=0.005, noise=0.1)
     write_csv(path, {"time": made.time, "position": made.position, "torque": made.torque})
     return path
 

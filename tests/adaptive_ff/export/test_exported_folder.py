@@ -91,7 +91,7 @@ def test_in_single_precision_it_warns_of_nothing_and_stays_near(tmp_path):
 
 
 def test_a_controller_that_has_learnt_is_exported_so(tmp_path):
-    controller = adaptive()
+    controller = made("pi")
     export_controller(controller, tmp_path / "new", prefix="drive")
     steps_in_python(controller, inputs(controller, 100))
     export_controller(controller, tmp_path / "learnt", prefix="drive")

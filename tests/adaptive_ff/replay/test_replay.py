@@ -21,13 +21,12 @@ def test_joint_is_learnt_and_little_torque_is_left():
 
 
 def test_estimates_before_a_sample_know_nothing_of_what_follows():
-    log = make_log(noise=0.1)
+    log = make_log(noise=0.1, period=0.005)
     changed = log.torque.copy()
-    changed[10000:] *= 2.0
+    changed[4000:] *= 2.0
     one, other = replay_log(log), replay_log(replace(log, torque=changed))
-    before = (one.series.time > 3.0) & (
-        one.series.time < 0.97 * log.time[10000]
-    )  # the motion, filtered without delay, looks ahead by a moment
+    # the motion, filtered without delay, looks ahead by a moment
+    before = (one.series.time > 3.0) & (one.series.time < 0.97 * log.time[4000])
     for name, series in one.series.estimates["adaptive"].items():
         assert other.series.estimates["adaptive"][name][before] == pytest.approx(series[before], rel=0.2, abs=0.1)
     assert other.estimates["adaptive"]["inertia"] > 1.3 * one.estimates["adaptive"]["inertia"]

@@ -20,9 +20,8 @@ def test_a_file_of_that_name_comes_first(tmp_path, monkeypatch):
         load_scenario("no_such")
 
 
-@pytest.mark.parametrize("name", scenario_names())
-def test_every_scenario_says_in_a_line_what_it_is(name):
-    assert 10 < len(scenario_title(name)) < 130
+def test_every_scenario_says_in_a_line_what_it_is():
+    assert [name for name in scenario_names() if not 10 < len(scenario_title(name)) < 130] == []
 
 
 def test_command_lists_them_and_every_command_takes_their_names():
