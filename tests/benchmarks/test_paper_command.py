@@ -11,11 +11,7 @@ from benchmarks.paper.experiment import Experiment
 
 
 def experiment(name="figure_99"):
-    rows = [
-        Row("speed [rad/s]", 0.123456),
-        Row("reached", 3.0, "<= 4", True),
-        Row("missed", "5, 6", "<= 4", False),
-    ]
+    rows = [Row("speed [rad/s]", 0.123456), Row("reached", 3.0, "<= 4", True), Row("missed", "5, 6", "<= 4", False)]
     drawn = Figure(layout="constrained")
     drawn.subplots()
     return Experiment("Fig. 99: a thing", rows, ["It agrees."], {name: drawn})

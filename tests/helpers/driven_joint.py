@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from adaptive_ff import WITH_OFFSET, AdaptiveController
+from adaptive_ff.simulation.metrics import rms as rms
 from controllers import pi_gains
 from plant import Joint, JointModel
 
@@ -79,8 +80,3 @@ def make(parameters=WITH_OFFSET, **options):
 def known_position(time, position):
     """Position as an argument of a step."""
     return position
-
-
-def rms(series):
-    """Root mean square."""
-    return float(np.sqrt(np.mean(np.square(series))))

@@ -21,12 +21,7 @@ SCENARIO = load_scenario()
 DELAYED = SCENARIO.modified(actuator={"delay": 0.015}, feedback={"bandwidth": 3.0})
 WARNINGS = ("-Wall", "-Wextra", "-Wconversion", "-Wdouble-promotion", "-Wshadow", "-pedantic", "-Werror")
 GAINS = PI.design(inertia=20.0, period=0.01, bandwidth=10.0)
-SIZES = {
-    "symmetric": ESTIMATED,
-    "offset": WITH_OFFSET,
-    "gravity": WITH_GRAVITY,
-    "directions": PER_DIRECTION,
-}
+SIZES = {"symmetric": ESTIMATED, "offset": WITH_OFFSET, "gravity": WITH_GRAVITY, "directions": PER_DIRECTION}
 
 needs_gcc = pytest.mark.skipif(shutil.which("gcc") is None, reason="there is no gcc on this machine")
 

@@ -28,6 +28,7 @@ from adaptive_ff.friction.model import WITH_GRAVITY
 from adaptive_ff.identify.scenario_text import scenario_text
 from adaptive_ff.identify.simulators import ENDINGS
 from adaptive_ff.report.log_words import details, verdict_lines
+from adaptive_ff.simulation.metrics import rms
 from controllers import (
     PI,
     DisturbanceObserver,
@@ -144,12 +145,7 @@ FIRST = {"model": TorqueModel(20.0, 60.0, 90.0, 80.0, 0.02, 0.05, 1.0), "deviati
 OPTIONS = {
     "model": FIRST,
     "first values": {"model": {"inertia": 25.0, "coulomb": 40.0, "friction_lag": 0.01}, "deviation": {"coulomb": 0.4}},
-    "map given": {
-        **FIRST,
-        "position_hats": 5,
-        "position_range": [-0.4, 0.4],
-        "position_map": [1, 1.2, 0.9, 1.1, 1],
-    },
+    "map given": {**FIRST, "position_hats": 5, "position_range": [-0.4, 0.4], "position_map": [1, 1.2, 0.9, 1.1, 1]},
     "map vague": {"position_hats": 3, "position_range": [-0.4, 0.4], "map_deviation": [0.2, 0.1, 0.3]},
     "limit": {"torque_limit": 60.0, "friction_share": 0.7, "memory": 2.0},
     "gear": {"gear_ratio": -3.0, "regressors": 2, "observer_bandwidth": 2.0},
@@ -172,10 +168,6 @@ def told(controller):
 def state_size(controller):
     values = [value for _, value in numbers(plain_state(controller.state)) if math.isfinite(value)]
     return float(np.sum(np.arctan(values) * np.cos(np.arange(len(values)))))
-
-
-def rms(series):
-    return float(np.sqrt(np.mean(np.square(series))))
 
 
 OBSERVERS = (DisturbanceObserver, ExtendedState, KalmanDisturbance)

@@ -14,11 +14,7 @@ def motion(time):
     omega = 2.0 * np.pi * np.array(FREQUENCIES)[:, np.newaxis]
     phase = omega * time + np.array(PHASES)[:, np.newaxis]
     amplitude = np.array(AMPLITUDES)
-    return (
-        amplitude @ (-np.cos(phase) / omega),
-        amplitude @ np.sin(phase),
-        amplitude @ (omega * np.cos(phase)),
-    )
+    return (amplitude @ (-np.cos(phase) / omega), amplitude @ np.sin(phase), amplitude @ (omega * np.cos(phase)))
 
 
 def make_log(duration=30.0, period=0.002, noise=0.0, seed=101, asymmetry=0.0, as_position=True, **joint):

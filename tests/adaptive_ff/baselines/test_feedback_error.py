@@ -63,11 +63,7 @@ def test_it_converges_to_the_inverse_model_of_a_joint_without_lag_and_the_feedba
     assert late < 0.05 * early
 
 
-@pytest.mark.parametrize(
-    "wrong",
-    [{"lags": []}, {"lags": [-0.1]}, {"lags": [0.02, 0.01]}],
-    ids=str,
-)
+@pytest.mark.parametrize("wrong", [{"lags": []}, {"lags": [-0.1]}, {"lags": [0.02, 0.01]}], ids=str)
 def test_wrong_values_are_refused_by_name(wrong):
     with pytest.raises(ValueError, match=f"{next(iter(wrong))} = "):
         FeedbackErrorLearning(*GAINS, 0.01, **{**ASSUMED, **wrong})

@@ -40,11 +40,7 @@ def test_import_loads_nothing_heavy_and_knows_its_version():
 
 @pytest.mark.parametrize(
     ("group", "function"),
-    [
-        (identify.Regression, identify_log),
-        (replay.Learning, replay_log),
-        (options.Limits, MotionLimits),
-    ],
+    [(identify.Regression, identify_log), (replay.Learning, replay_log), (options.Limits, MotionLimits)],
 )
 def test_options_are_arguments_of_the_function_that_they_fill_with_its_defaults(group, function):
     arguments = inspect.signature(function).parameters

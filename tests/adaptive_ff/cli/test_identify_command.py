@@ -118,27 +118,19 @@ def test_units_are_given_by_factors_and_linear_axes_have_their_own(tmp_path):
     assert load_scenario(tmp_path / "out" / "scenario.toml").joint.axis == "linear"
 
 
-def test_current_is_found_by_its_name_and_keeps_its_units_where_the_motion_is_scaled(tmp_path):
-    log = make_log(noise=0.05, period=0.005)
-    write_csv(tmp_path / "log.csv", {"time": log.time, "q": np.degrees(log.position), "current": log.torque})
-    scaled = ["--scale", "q=pi/180", "--out", tmp_path / "out"]
-    outcome = run_command_line("identify", tmp_path / "log.csv", *scaled)
-    assert (outcome.status, outcome.warnings) == (0, [CURRENT])
-    scenario = (tmp_path / "out" / "scenario.toml").read_text(encoding="utf-8")
-    assert "# The torque of the log is a current: read A where units say N m (N), or give" in scenario
-    found = found_in(tmp_path / "out")
-    assert found["inertia"]["value"] == pytest.approx(2.0, rel=0.01)
-    assert found["inertia"]["unit"] == "A s²/rad"
-
-
-def test_current_of_a_linear_axis_stands_for_a_force(tmp_path):
-    log = make_log(noise=0.05, period=0.005)
-    write_csv(tmp_path / "log.csv", {"time": log.time, "q": log.position, "current": log.torque})
-    outcome = run_command_line("identify", tmp_path / "log.csv", "--linear", "--out", tmp_path / "out")
-    (warning,) = outcome.warnings
-    assert warning.endswith("has A and A s²/m where it says N and kg; for these give --torque-constant, in N/A")
-    scenario = (tmp_path / "out" / "scenario.toml").read_text(encoding="utf-8")
-    assert "# The torque of the log is a current: read A where units say N m (N), or give" in scenario
+def test_current_is_found_by_its_name_and_keeps_its_units_where_the_motion_is_scaled_or_linear(tmp_path):
+    log, path = make_log(noise=0.05, period=0.005), tmp_path / "log.csv"
+    write_csv(path, {"time": log.time, "q": np.degrees(log.position), "current": log.torque})
+    said = "has A and A s²/m where it says N and kg; for these give --torque-constant, in N/A"
+    for linear, warning, unit in (((), CURRENT, "A s²/rad"), (("--linear",), said, "A s²/m")):
+        outcome = run_command_line("identify", path, "--scale", "q=pi/180", *linear, "--out", tmp_path / "out")
+        assert outcome.status == 0
+        assert [line.endswith(warning) for line in outcome.warnings] == [True]
+        scenario = (tmp_path / "out" / "scenario.toml").read_text(encoding="utf-8")
+        assert "# The torque of the log is a current: read A where units say N m (N), or give" in scenario
+        found = found_in(tmp_path / "out")
+        assert found["inertia"]["value"] == pytest.approx(2.0, rel=0.01)
+        assert found["inertia"]["unit"] == unit
 
 
 def test_units_that_columns_say_are_pointed_out_and_milliamperes_become_amperes(tmp_path):
@@ -298,6 +290,7 @@ REFUSALS = [
     (["--torque", "position"], "the column position is given as torque and as position; each must have its own"),
     (["--bandwidth", "101"], "bandwidth = 101 Hz is not allowed"),
     (["--held-out", "1"], "held_out = 1 is not allowed"),
+    (["--gear-ratio", "0"], "--gear-ratio = 0 is not allowed"),
     (["--validate", "missing.csv"], "missing.csv: cannot be read: No such file"),
 ]
 
@@ -340,8 +333,3 @@ def test_friction_over_a_turn_of_the_motor_is_told_and_drawn(tmp_path):
     assert scenario.adaptation.position_periods == pytest.approx([turn], rel=1e-5)
     assert scenario.variation.position_amplitude == pytest.approx(0.2, abs=0.02)
     assert scenario.variation.position_period == pytest.approx(turn, rel=1e-5)
-
-
-def test_a_gear_ratio_must_be_positive(tmp_path):
-    said = refusal("identify", write_log(tmp_path / "log.csv", period=0.01), "--gear-ratio", "0")
-    assert "--gear-ratio = 0 is not allowed" in said

@@ -17,9 +17,7 @@ from adaptive_ff import compare, load_scenario
 
 pytestmark = pytest.mark.usefixtures("compiled")
 
-METRICS = {
-    *("rms_error", "max_error", "rms_error_start", "rms_error_settled", "max_error_settled", "torque_variation"),
-}
+METRICS = {*("rms_error", "max_error", "rms_error_start", "rms_error_settled", "max_error_settled", "torque_variation")}
 ESTIMATED = {"inertia", "coulomb", "stiction", "viscous", "friction_lag", "offset", "gravity_sin", "gravity_cos"}
 ESTIMATED |= {"stribeck_velocity", "presliding"}
 COLUMNS = ["time", "reference", "velocity", "measured", "torque", "feedforward", "friction"]

@@ -7,7 +7,7 @@ import sys
 import threading
 
 import pytest
-from command_line import run_command_line
+from command_line import content_of, run_command_line
 
 from adaptive_ff.cli.main import ending_in_order
 from plant import JointModel
@@ -33,10 +33,6 @@ if __name__ == "__main__":
     with patch("adaptive_ff.comparison.comparison.compare", compare):
         main()
 """
-
-
-def content_of(folder):
-    return sorted(path.relative_to(folder) for path in folder.rglob("*"))
 
 
 def test_command_that_is_asked_to_end_leaves_nothing_and_waits_for_no_worker(tmp_path):

@@ -1,13 +1,12 @@
 """Every kernel that a controller runs has a translation; what has none is refused with its place and a remedy."""
 
 import functools
-import importlib
-import sys
 
 import numpy as np
 import pytest
 from closed_loops import NAMES
 from exports import DELAYED, SCENARIO, WARNINGS, adaptive, compiled, made, needs_gcc
+from kernels_from_text import from_text
 from nightly import sampled
 
 from adaptive_ff.comparison.own import Foreign
@@ -23,22 +22,11 @@ from controllers.kernels.unit import Unit
 
 def translated(text, tmp_path, monkeypatch, *arguments, name="kernel", with_structs=False):
     """Translate a function of a module with the given text; where asked for, after the structs that it needs."""
-    module = f"made_{abs(hash(text))}"
-    (tmp_path / f"{module}.py").write_text(text)
-    monkeypatch.syspath_prepend(tmp_path)
-    importlib.invalidate_caches()
-    function = getattr(importlib.import_module(module), name)
-    try:
-        kinds = tuple(type_of(argument, sizes=True) for argument in arguments)
-        unit = Unit(DOUBLE, "x", fixed=True)
-        whole = unit.function(function, kinds)
-        parts = (
-            (*unit.structs.values(), *unit.functions.values()) if with_structs else (whole, *unit.functions.values())
-        )
-        helpers = unit.helper_texts() if with_structs else []
-        return "\n".join([*helpers, *(part.text for part in parts)])
-    finally:
-        sys.modules.pop(module)
+    function = from_text(text, tmp_path, monkeypatch, name).py_func
+    unit = Unit(DOUBLE, "x", fixed=True)
+    whole = unit.function(function, tuple(type_of(argument, sizes=True) for argument in arguments))
+    parts = (*(unit.structs.values() if with_structs else [whole]), *unit.functions.values())
+    return "\n".join([*(unit.helper_texts() if with_structs else []), *(part.text for part in parts)])
 
 
 OURS = {kind for kind in set(STEPS) - {Foreign} if kind.__module__.startswith(("adaptive_ff.", "controllers."))}

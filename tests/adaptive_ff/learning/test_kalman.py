@@ -55,10 +55,7 @@ def test_update_and_flow_are_those_of_a_kalman_filter(seed):
     x, noise, y = rng.standard_normal(5), 10.0 ** rng.uniform(-3.0, 1.0), float(rng.standard_normal())
     rate, proportional, integral = rng.uniform(0.01, 1.0), rng.uniform(0.0, 2.0), rng.uniform(0.0, 0.5)
     move = np.eye(7)
-    move[:2, :2] = [
-        [1.0 - rate * proportional, -rate],
-        [integral * (1.0 - rate * proportional), 1.0 - integral * rate],
-    ]
+    move[:2, :2] = [[1.0 - rate * proportional, -rate], [integral * (1.0 - rate * proportional), 1.0 - integral * rate]]
     other.predict(F=move, Q=np.diag([noise, *np.zeros(6)]))
     flow_in_place(member, rate, proportional, integral, noise)
     np.testing.assert_allclose(member.mean, other.x[:, 0], rtol=1e-9, atol=1e-12)

@@ -55,9 +55,7 @@ def test_margins_are_those_of_the_design(study):
 
 
 @pytest.mark.parametrize(
-    "sensor",
-    [{"velocity_noise": 0.002}, {"encoder_resolution": 1e-5}],
-    ids=["velocity sensor", "encoder"],
+    "sensor", [{"velocity_noise": 0.002}, {"encoder_resolution": 1e-5}], ids=["velocity sensor", "encoder"]
 )
 def test_noise_is_that_of_a_run_without_friction(sensor):
     content = load_scenario().model_dump(exclude_unset=True)

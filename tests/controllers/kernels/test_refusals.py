@@ -97,10 +97,7 @@ def test_an_argument_without_a_name_cannot_be_assigned_to(tmp_path, monkeypatch)
     [
         ((1.0, 2**63, np.ones(2)), "9223372036854775808 is beyond the 64 bits that integers have in kernels"),
         ((1.0, -(2**63) - 1, np.ones(2)), "is beyond the 64 bits"),
-        (
-            (1.0, 2, np.array(3.0)),
-            "is an array without dimensions, which kernels do not take; give the number",
-        ),
+        ((1.0, 2, np.array(3.0)), "is an array without dimensions, which kernels do not take; give the number"),
         ((1.0, 2, "text"), "'text' is not allowed in kernels"),
         ((1.0, 2), "compiled it takes 3 arguments, was given 2"),
     ],
@@ -146,8 +143,7 @@ def test_the_least_integer_can_be_written_and_is_no_index_from_the_start(tmp_pat
 
 
 @pytest.mark.parametrize(
-    ("x", "expected"),
-    [(math.nan, 0), (1e300, 2**63 - 1), (-math.inf, -(2**63)), (-3.7, -3), (2.0**62, 2**62)],
+    ("x", "expected"), [(math.nan, 0), (1e300, 2**63 - 1), (-math.inf, -(2**63)), (-3.7, -3), (2.0**62, 2**62)]
 )
 def test_integers_of_real_numbers_are_the_nearest_that_there_are(x, expected, tmp_path, monkeypatch):
     assert kernel_of("return int(x)", tmp_path, monkeypatch)(x, 2, np.ones(2)) == expected
