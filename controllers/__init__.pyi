@@ -57,7 +57,6 @@ from .plausibility import Guard as Guard
 from .position_loop import PositionLoop as PositionLoop
 from .position_loop import PositionLoopParameters as PositionLoopParameters
 from .position_loop import PositionLoopState as PositionLoopState
-from .position_loop import initial_position_loop_state as initial_position_loop_state
 from .position_loop import step_position_loop as step_position_loop
 from .registry import ESTIMATES as ESTIMATES
 from .registry import MONITORS as MONITORS
@@ -69,11 +68,8 @@ from .registry import planned_inputs as planned_inputs
 from .registry import present_inertia as present_inertia
 from .registry import step as step
 from .registry import with_feedforward as with_feedforward
-from .registry import with_next_reference as with_next_reference
 from .registry import with_realised_torque as with_realised_torque
 from .registry import with_reference as with_reference
-from .registry import with_velocity as with_velocity
-from .registry import without_coming_plan as without_coming_plan
 from .registry import without_estimates as without_estimates
 from .registry import write_estimates as write_estimates
 from .registry import write_monitors as write_monitors

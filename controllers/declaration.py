@@ -219,15 +219,8 @@ def _documented(cls: Any, arguments: dict[str, Field], hints: dict[str, Any]) ->
         optional = "" if field.default is MISSING else ", optional"
         lines += [f"{name} : {inspect.formatannotation(hints[name]).replace('collections.abc.', '')}{optional}"]
         lines += textwrap.wrap(field.text, 112, initial_indent="    ", subsequent_indent="    ")
-    lines += [
-        "",
-        "Raises",
-        "------",
-        "ValueError",
-        "    A value is out of range.",
-        "TypeError",
-        "    A value is of another kind.",
-    ]
+    lines += ["", "Raises", "------", "ValueError", "    A value is out of range."]
+    lines += ["TypeError", "    A value is of another kind."]
     return "\n".join([text, "", *lines]) + heading + examples
 
 

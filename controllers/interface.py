@@ -96,7 +96,7 @@ class Controller:
         """Return kernels and state in memory; None of a controller that steps in plain Python."""
         if self._native is None and not self._is_plain:
             try:
-                self._native = Native(self.parameters, self._state, self._exchange)
+                _ = self.native
             except NoCompiler as error:
                 warnings.warn(f"{type(self).__name__} runs as plain Python: {error}", stacklevel=4)
                 self._is_plain = True
@@ -187,36 +187,12 @@ class Controller:
         TypeError
             An argument is no number.
         """
-        torque: float | None = self._fast(
-            reference,
-            velocity,
-            next_reference,
-            correction,
-            position,
-            realised_torque,
-            feedforward,
-            inertia,
-            dt,
-            acting_reference,
-            next_acting_reference,
-            regressors,
+        given = (
+            *(reference, velocity, next_reference, correction, position, realised_torque, feedforward),
+            *(inertia, dt, acting_reference, next_acting_reference, regressors),
         )
-        if torque is not None:
-            return torque
-        return self._checked_step(
-            reference,
-            velocity,
-            next_reference,
-            correction,
-            position,
-            realised_torque,
-            feedforward,
-            inertia,
-            dt,
-            acting_reference,
-            next_acting_reference,
-            regressors,
-        )
+        torque: float | None = self._fast(*given)
+        return self._checked_step(*given) if torque is None else torque
 
     def _checked_step(self, *given: Any) -> float:
         """Do a step with inputs and regressors that have not been checked."""

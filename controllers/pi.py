@@ -8,7 +8,7 @@ from controllers.checks import PI_SENSITIVITY, check_numbers, check_period
 from controllers.declaration import register
 from controllers.delay import check_delay, delay_line, delayed, remember
 from controllers.interface import Controller
-from controllers.plausibility import Guard, bridging_gain, checked_inputs, initial_guard
+from controllers.plausibility import Guard, bridging_gain, checked_inputs
 from controllers.registry import Inputs, Output
 
 if TYPE_CHECKING:
@@ -38,7 +38,7 @@ class PIState(NamedTuple):
 
 def initial_pi_state(parameters: PIParameters) -> PIState:
     """Return the state of a loop at rest."""
-    return PIState(0.0, 0.0, delay_line(parameters.delay), 0, 0, initial_guard())
+    return PIState(0.0, 0.0, delay_line(parameters.delay), 0, 0, Guard())
 
 
 def asked_torque(pi: PIParameters, state: PIState) -> float:

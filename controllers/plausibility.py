@@ -48,18 +48,13 @@ def largest_torque(proportional: float, integral: float) -> float:
 
 
 class Guard(NamedTuple):
-    """What the check of the inputs remembers."""
+    """What the check of the inputs remembers; by default of having met nothing."""
 
-    reference: float  # last plausible plan, rad/s
-    feedforward: float  # last plausible torque known from elsewhere, N m
-    lost: float  # for how long there has been no measurement, s; zero where there is one
+    reference: float = 0.0  # last plausible plan, rad/s
+    feedforward: float = 0.0  # last plausible torque known from elsewhere, N m
+    lost: float = 0.0  # for how long there has been no measurement, s; zero where there is one
     # samples at which another value than the measured velocity was not plausible, or the torque was not finite
-    faults: int
-
-
-def initial_guard() -> Guard:
-    """Return the memory of a check that has met nothing."""
-    return Guard(0.0, 0.0, 0.0, 0)
+    faults: int = 0
 
 
 def within(value: float, bound: float) -> bool:

@@ -22,15 +22,10 @@ class PositionLoopParameters(NamedTuple):
 
 
 class PositionLoopState(NamedTuple):
-    """State of the position loop."""
+    """State of the position loop, by default at rest."""
 
-    correction: float  # last correction, rad/s
-    rejected: int  # positions that were not finite
-
-
-def initial_position_loop_state() -> PositionLoopState:
-    """Return the state of a loop at rest."""
-    return PositionLoopState(0.0, 0)
+    correction: float = 0.0  # last correction, rad/s
+    rejected: int = 0  # positions that were not finite
 
 
 def step_position_loop(
@@ -79,7 +74,7 @@ class PositionLoop:
         if not limit > 0.0:
             raise ValueError(f"limit = {limit} is not allowed: it must be positive, rad/s")
         self.parameters = PositionLoopParameters(float(gain), float(limit))
-        self.state = initial_position_loop_state()
+        self.state = PositionLoopState()
 
     def step(self, planned: float, position: float) -> float:
         """Return the correction that the velocity controller is given.
@@ -111,7 +106,7 @@ class PositionLoop:
 
     def reset(self) -> None:
         """Return to the state of a new loop."""
-        self.state = initial_position_loop_state()
+        self.state = PositionLoopState()
 
     @property
     def rejected(self) -> int:

@@ -58,23 +58,14 @@ def planned_inputs(
     next_reference: float,
     realised_torque: float,
     dt: float,
-    position: float = math.nan,
 ) -> Inputs:
-    """Return the inputs along a plan without an outer loop, with no known torque or given inertia.
+    """Return the inputs along a plan without an outer loop, with no known torque, position or given inertia.
 
-    Parameters
-    ----------
-    reference, velocity, next_reference : float
-        Planned velocity now, measured velocity, planned velocity at the next sample, rad/s.
-    realised_torque : float
-        Mean torque that the drive gave over the last period, N m.
-    dt : float
-        Time since the last sample, s.
-    position : float, optional
-        Measured position, rad.
+    Planned and measured velocity now and planned at the next sample are in rad/s; the mean torque that the drive gave
+    over the last period in N m, and the time since the last sample in s.
     """
     unknown = math.nan
-    given = (reference, velocity, next_reference, 0.0, position, realised_torque, 0.0)
+    given = (reference, velocity, next_reference, 0.0, unknown, realised_torque, 0.0)
     return Inputs(*given, inertia=unknown, dt=dt, acting_reference=unknown, next_acting_reference=unknown)
 
 
@@ -88,11 +79,6 @@ def with_reference(inputs: Inputs, reference: float) -> Inputs:
     return inputs._replace(reference=reference)
 
 
-def with_velocity(inputs: Inputs, velocity: float) -> Inputs:
-    """Return the inputs with another velocity (rad/s) in the place of the measured one."""
-    return inputs._replace(velocity=velocity)
-
-
 def with_realised_torque(inputs: Inputs, torque: float) -> Inputs:
     """Return the inputs with a mean torque (N m) that the drive gave over the last period."""
     return inputs._replace(realised_torque=torque)
@@ -101,16 +87,6 @@ def with_realised_torque(inputs: Inputs, torque: float) -> Inputs:
 def present_inertia(inputs: Inputs, inertia: float) -> float:
     """Return the inertia (kg m^2) of the present configuration, or the controller's own where none is given."""
     return inputs.inertia if math.isfinite(inputs.inertia) else inertia
-
-
-def with_next_reference(inputs: Inputs, reference: float) -> Inputs:
-    """Return the inputs with another reference (rad/s) at the next sample."""
-    return inputs._replace(next_reference=reference)
-
-
-def without_coming_plan(inputs: Inputs) -> Inputs:
-    """Return the inputs without the reference over the period in which a torque computed now acts."""
-    return inputs._replace(acting_reference=math.nan, next_acting_reference=math.nan)
 
 
 def acts_on_plan(inputs: Inputs) -> bool:

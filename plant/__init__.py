@@ -68,7 +68,6 @@ from plant.sensor import measured_angle as measured_angle
 from plant.sensor import measured_speed as measured_speed
 from plant.step import JointParameters as JointParameters
 from plant.step import JointState as JointState
-from plant.step import scaled_joint as scaled_joint
 from plant.step import step_joint as step_joint
 
 __all__ = [name for name, item in list(globals().items()) if name[0] != "_" and not isinstance(item, _Module)]

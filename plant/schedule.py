@@ -92,12 +92,12 @@ class FrictionSchedule(NamedTuple):
     scales: NDArray[np.float64]  # factor on all friction of the joint in each phase; the first is 1
     changes: NDArray[np.float64]  # what else differs in each phase, in the order of :class:`plant.change.JointChange`
     varies: bool  # whether friction changes within a phase
-    excess: float  # excess of the cold joint
+    warm_up_excess: float  # excess of the cold joint
     warm_up_time: float  # time constant of warming up, s
-    amplitude: float  # amplitude of the variation with position
+    position_amplitude: float  # amplitude of the variation with position
     waves: float  # its periods in a radian, times ``2 pi``
     load_share: float  # fraction by which friction rises for each N m of load, 1/(N m)
-    resistance: float  # thermal resistance, K/W
+    thermal_resistance: float  # thermal resistance, K/W
     thermal_time: float  # thermal time constant, s
     thinning: float  # relative fall of friction for each kelvin, 1/K
 
@@ -130,8 +130,8 @@ def friction_factor(
     """
     factor: float = plan.scales[phase]
     if plan.varies:
-        factor *= 1.0 + plan.excess * math.exp(-time / plan.warm_up_time)
-        factor *= 1.0 + plan.amplitude * math.sin(plan.waves * position)
+        factor *= 1.0 + plan.warm_up_excess * math.exp(-time / plan.warm_up_time)
+        factor *= 1.0 + plan.position_amplitude * math.sin(plan.waves * position)
         factor *= 1.0 + plan.load_share * abs(weight + plan.changes[phase, LOAD])
         factor *= math.exp(-plan.thinning * warmth)
     return factor
@@ -139,7 +139,7 @@ def friction_factor(
 
 def heated(plan: FrictionSchedule, warmth: float, power: float, duration: float) -> float:
     """Return the temperature (K, above the surroundings) after a constant power (W) of friction for a time (s)."""
-    settled = plan.resistance * power
+    settled = plan.thermal_resistance * power
     return settled + (warmth - settled) * math.exp(-duration / plan.thermal_time)
 
 
@@ -162,7 +162,7 @@ def check_factor(joint: Any, plan: FrictionSchedule, solver_period: float, weigh
     ValueError
         They do so in one of the phases.
     """
-    kind, slow = type(joint), (1.0 + max(0.0, plan.excess)) * (1.0 + plan.amplitude)
+    kind, slow = type(joint), (1.0 + max(0.0, plan.warm_up_excess)) * (1.0 + plan.position_amplitude)
     for phase, scale in enumerate(plan.scales.tolist()):
         change = JointChange(*plan.changes[phase].tolist())
         factor = scale * slow * (1.0 + plan.load_share * (weight + abs(change.load)))
@@ -220,12 +220,6 @@ def schedule(
         scales=np.array(scales),
         changes=np.array([UNCHANGED, *(change.parameters for change in changes)], dtype=float),
         varies=slow.warm_up_excess != 0.0 or slow.position_amplitude != 0.0 or slow.load_share > 0.0 or heats,
-        excess=slow.warm_up_excess,
-        warm_up_time=slow.warm_up_time,
-        amplitude=slow.position_amplitude,
         waves=2.0 * math.pi / slow.position_period,
-        load_share=slow.load_share,
-        resistance=slow.thermal_resistance,
-        thermal_time=slow.thermal_time,
-        thinning=slow.thinning,
+        **slow.model_dump(exclude={"position_period"}),
     )

@@ -14,7 +14,7 @@ of the period (some 0.01 rad/s at 1 ms), means over a motion with first order st
 import math
 from typing import NamedTuple
 
-from plant.change import AnyParameters, JointChange, changed_friction, scaled_friction
+from plant.change import AnyParameters, JointChange, changed_friction
 from plant.friction import Stribeck, sliding_friction
 from plant.sliding import Direction, direction_of, speed_in_direction
 
@@ -82,10 +82,6 @@ def step_ready_joint(joint: ReadyJoint, state: JointState, torque: float, period
 def step_joint(joint: JointParameters, state: JointState, torque: float, period: float) -> JointState:
     """Advance a joint by a solver period (s) under constant torque (N m)."""
     return step_ready_joint(ready_joint(joint, period), state, torque, period)
-
-
-scaled_joint = scaled_friction
-"""The joint with the friction of both directions times a dimensionless factor."""
 
 
 def changed_joint(joint: AnyParameters, change: JointChange) -> AnyParameters:

@@ -77,7 +77,6 @@ def test_package_loads_lazily():
 AHEAD = """
 import warnings
 from adaptive_ff.cli import ahead
-ahead.kalman_gains.stationary_gain = ahead.riccati_gain
 with ahead.collected() as wanted, warnings.catch_warnings():
     warnings.simplefilter("ignore")
     ahead.ask_for_all()

@@ -71,7 +71,7 @@ OWN = {
 """Arguments of single functions: what is no number, and what has another meaning there."""
 
 UNCHECKED = """
-    plant.encoder_reading plant.scaled_friction plant.scaled_joint plant.stribeck_decay
+    plant.encoder_reading plant.scaled_friction plant.stribeck_decay
     controllers.Controller controllers.Native controllers.check_positive
     controllers.compiled controllers.delayed controllers.estimate_velocity
     controllers.natural controllers.planned_inputs controllers.remember controllers.step_in_memory

@@ -12,7 +12,6 @@ import numpy as np
 
 from adaptive_ff.friction.feedforward import (
     FeedforwardState,
-    initial_feedforward_state,
     is_plan_at_rest,
     released,
     step_feedforward,
@@ -31,27 +30,17 @@ class ModelBasedState(NamedTuple):
     """State of the loop with an assumed model."""
 
     feedback: PIState
-    feedforward: FeedforwardState = initial_feedforward_state()
+    feedforward: FeedforwardState = FeedforwardState()
     time: float = 0.0  # time since the first sample, s
     position: float = 0.0  # integral of the reference since then, rad
     lagged: float = 0.0  # last reference behind the lag of the measured velocity, rad/s
 
 
 def model_in_row(rows: NDArray[np.float64], row: int) -> TorqueModel:
-    """Return the model in a row of times and models."""
+    """Return the model in a row of times and models; its fields are in their order."""
     return TorqueModel(
-        inertia=rows[row, 1],
-        coulomb=rows[row, 2],
-        stiction=rows[row, 3],
-        viscous=rows[row, 4],
-        friction_lag=rows[row, 5],
-        stribeck_velocity=rows[row, 6],
-        stribeck_shape=rows[row, 7],
-        offset=rows[row, 8],
-        stiction_asymmetry=rows[row, 9],
-        viscous_asymmetry=rows[row, 10],
-        presliding=rows[row, 11],
-        micro_damping=rows[row, 12],
+        *(rows[row, 1], rows[row, 2], rows[row, 3], rows[row, 4], rows[row, 5], rows[row, 6]),
+        *(rows[row, 7], rows[row, 8], rows[row, 9], rows[row, 10], rows[row, 11], rows[row, 12]),
     )
 
 

@@ -11,7 +11,6 @@ from typing import Any, NamedTuple
 
 from adaptive_ff.friction.feedforward import (
     FeedforwardState,
-    initial_feedforward_state,
     step_feedforward,
     turning_speed,
 )
@@ -35,7 +34,7 @@ class ObservedModelState(NamedTuple):
     """State of the loop with a fixed model and an observer."""
 
     feedback: DisturbanceObserverState
-    feedforward: FeedforwardState = initial_feedforward_state()
+    feedforward: FeedforwardState = FeedforwardState()
     line: tuple[float, ...] = WAITING  # torques fed forward that wait for the delay of the drive, N m, newest first
 
 

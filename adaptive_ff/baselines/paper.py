@@ -14,17 +14,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from adaptive_ff.friction.bounds import (
-    FRICTION_LAG,
-    confine_in_place,
-    largest_lag,
-    possible_ranges,
-    torque_model,
-    write_model,
-)
-from adaptive_ff.friction.feedforward import FeedforwardState, initial_feedforward_state, step_feedforward
+from adaptive_ff.friction.bounds import INERTIA_RANGE, largest_lag
+from adaptive_ff.friction.feedforward import FeedforwardState, step_feedforward
 from adaptive_ff.friction.identifying import IdentifyingController
-from adaptive_ff.friction.model import ESTIMATED, TorqueModel
+from adaptive_ff.friction.model import TorqueModel
 from adaptive_ff.learning.rls import (
     RLSState,
     begin_anew_in_place,
@@ -45,13 +38,15 @@ from controllers.torques import acting_torque
 INITIAL_COVARIANCE = 1e4
 LARGEST_COVARIANCE = 1e8
 SIZE = len(COEFFICIENTS)
+INERTIA, COULOMB, STICTION, VISCOUS, FRICTION_LAG = range(5)
+"""Places of the physical parameters."""
 
 
 class PaperState(NamedTuple):
     """State of the controller; its arrays are changed in place."""
 
     feedback: PIState
-    feedforward: FeedforwardState = initial_feedforward_state()
+    feedforward: FeedforwardState = FeedforwardState()
     # estimate ``P`` of the six coefficients of (4) and covariance ``R``: zero and large, as in the paper
     recursion: RLSState = begin(lambda _: initial_rls_state(np.zeros(SIZE), INITIAL_COVARIANCE * np.eye(SIZE)))
     # physical parameters of the last estimate that has any
@@ -67,9 +62,17 @@ class PaperState(NamedTuple):
 
 
 def identified_model(parameters: "PaperController", state: PaperState) -> TorqueModel:
-    """Return the model as it is identified now."""
+    """Return the model as it is identified now; its stiction is at least Coulomb friction."""
     physical = state.physical
-    return torque_model(physical, physical[FRICTION_LAG], parameters.stribeck_velocity, parameters.stribeck_shape)
+    return TorqueModel(
+        inertia=physical[INERTIA],
+        coulomb=physical[COULOMB],
+        stiction=max(physical[STICTION], physical[COULOMB]),
+        viscous=physical[VISCOUS],
+        friction_lag=physical[FRICTION_LAG],
+        stribeck_velocity=parameters.stribeck_velocity,
+        stribeck_shape=parameters.stribeck_shape,
+    )
 
 
 def step_paper(parameters: "PaperController", state: PaperState, inputs: Inputs) -> tuple[Output, PaperState]:
@@ -96,7 +99,8 @@ def step_paper(parameters: "PaperController", state: PaperState, inputs: Inputs)
         # the physical estimates of before are kept
         anew = begin_anew_in_place(state.recursion, INITIAL_COVARIANCE)
         if not anew and write_physical(state.recursion.estimate, parameters.period, state.physical):
-            confine_in_place(state.physical, parameters.ranges)
+            for i in range(state.physical.size):
+                state.physical[i] = min(max(state.physical[i], parameters.ranges[i, 0]), parameters.ranges[i, 1])
     model = identified_model(parameters, state)
     model_torque, feedforward = step_feedforward(
         model, state.feedforward, inputs, parameters.period, delay, inputs.inertia
@@ -119,7 +123,9 @@ def step_paper(parameters: "PaperController", state: PaperState, inputs: Inputs)
 
 def write_paper(parameters: "PaperController", state: PaperState, row: MutableArray) -> None:
     """Write the physical estimates into a row."""
-    write_model(identified_model(parameters, state), row)
+    model = identified_model(parameters, state)
+    row[INERTIA], row[COULOMB], row[STICTION] = model.inertia, model.coulomb, model.stiction
+    row[VISCOUS], row[FRICTION_LAG] = model.viscous, model.friction_lag
 
 
 @controller(step_paper, PaperState, estimates=write_paper)
@@ -143,5 +149,7 @@ class PaperController(DesignedLoop, IdentifyingController):
         """Return the bounds of the estimates and the forgetting factor."""
         factor = math.exp(-self.period / self.memory)
         check_positive(forgetting_factor=factor)
-        longest = largest_lag(self.inertia / self.proportional)
-        return {"ranges": possible_ranges(self.inertia, longest, len(ESTIMATED)), "forgetting_factor": factor}
+        ranges = np.array([[0.0, math.inf]] * 5)
+        ranges[INERTIA] = self.inertia / INERTIA_RANGE, self.inertia * INERTIA_RANGE
+        ranges[FRICTION_LAG] = 0.0, largest_lag(self.inertia / self.proportional)
+        return {"ranges": ranges, "forgetting_factor": factor}

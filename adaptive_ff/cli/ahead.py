@@ -18,7 +18,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import scipy.linalg
 
 from adaptive_ff.comparison.registry import CONTROLLERS, make_controller
 from adaptive_ff.friction.along import columns_along
@@ -28,9 +27,7 @@ from adaptive_ff.scenario.scenario import load_scenario
 from adaptive_ff.simulation.experiment import build_setup, empty_record
 from adaptive_ff.simulation.loop import run_in_memory, start_position
 from controllers import Native, difference_velocity, direct_velocity, kalman_velocity, low_pass_velocity
-from controllers.arrays import NDArray
 from controllers.delay import LENGTHS
-from controllers.design import kalman_gains
 from controllers.kernels.cache_directory import BUILT, cache_directory
 from controllers.kernels.compiler import NoCompiler
 from controllers.kernels.library import collected, compile_kernels, stepper
@@ -98,20 +95,11 @@ def ask_for_all() -> None:
     ask_for_log()
 
 
-def riccati_gain(transition: NDArray[np.float64], process_noise: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the stationary gain but for its last digits: to build the package needs no library of filters."""
-    size = transition.shape[0]
-    covariance = scipy.linalg.solve_discrete_are(transition.T, np.eye(size, 1), process_noise, np.eye(1))
-    gain: NDArray[np.float64] = covariance[:, 0] / (covariance[0, 0] + 1.0)
-    return gain
-
-
 def main(target: Path) -> None:
     """Compile everything and copy it into a folder of the package."""
     with tempfile.TemporaryDirectory() as folder:
         os.environ["ADAPTIVE_FF_CACHE"] = folder
         cache_directory.cache_clear()
-        kalman_gains.stationary_gain = riccati_gain
         with collected() as wanted, warnings.catch_warnings(action="ignore"):
             ask_for_all()
         workers = os.cpu_count() or 1

@@ -67,20 +67,11 @@ def version_command() -> None:
 
 app.command("new")(command(new_command, common=False))
 app.command("scenarios")(scenarios_command)
-for _name, _command in (
-    ("compare", compare_command),
-    ("matrix", matrix_command),
-    ("sweep", sweep_command),
-    ("tune", tune_command),
-    ("excite", excite_command),
-    ("commission", commission_command),
-    ("identify", identify_command),
-    ("replay", replay_command),
-    ("export", export_command),
-    ("score", score_command),
-    ("playground", playground_command),
+for _command in (
+    *(compare_command, matrix_command, sweep_command, tune_command, excite_command, commission_command),
+    *(identify_command, replay_command, export_command, score_command, playground_command),
 ):
-    app.command(_name)(command(_command))
+    app.command(_command.__name__.removesuffix("_command"))(command(_command))
 
 
 def main() -> None:

@@ -243,7 +243,6 @@ made_of(AdaptiveController, "adaptive_unsupervised")(
     lambda scenario: adaptive(scenario, tuning=Tuning(explained=1e300))  # without its observer
 )
 made_of(AdaptiveController)(adaptive)
-make_adaptive = CONTROLLERS["adaptive"]
 
 
 @made_of(CanudasController)

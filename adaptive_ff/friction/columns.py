@@ -42,64 +42,28 @@ SLIP_SENSITIVITY, STICTION_SENSITIVITY, SPEED_SENSITIVITY, LAGS = 4, 5, 6, 7
 
 
 class Hypothesis(NamedTuple):
-    """What the torque of a joint is taken to consist of.
+    """What the torque of a joint is taken to consist of."""
 
-    Attributes
-    ----------
-    shape : float
-        Stribeck shape factor ``delta``.
-    distances : ndarray, shape (d,)
-        Presliding distances, rad.
-    directions : bool
-        Whether friction may differ by direction.
-    waves : ndarray, shape (w,)
-        Wave numbers of torque over position, 1/rad: 1 for gravity.
-    map_waves : ndarray, shape (m,)
-        Wave numbers of friction over position, 1/rad.
-    hats : int
-        Piecewise linear functions of position that friction varies by (linear B-splines).
-    lowest, spacing : float
-        Position of the first and distance of two of them, rad.
-    over_load : bool
-        Whether friction varies with the known torque.
-    regressors : int
-        Further known regressors.
-    gear_ratio : float
-        Given positions over those of the joint.
-    """
-
-    shape: float
-    distances: Array
-    directions: bool
-    waves: Array
-    map_waves: Array
-    hats: int
-    lowest: float
-    spacing: float
-    over_load: bool
-    regressors: int
-    gear_ratio: float
+    shape: float  # stribeck shape factor ``delta``
+    distances: Array  # shape (d,); presliding distances, rad
+    directions: bool  # whether friction may differ by direction
+    waves: Array  # shape (w,); wave numbers of torque over position, 1/rad: 1 for gravity
+    map_waves: Array  # shape (m,); wave numbers of friction over position, 1/rad
+    hats: int  # piecewise linear functions of position that friction varies by (linear B-splines)
+    lowest: float  # position of the first of them, rad
+    spacing: float  # distance of two of them, rad
+    over_load: bool  # whether friction varies with the known torque
+    regressors: int  # further known regressors
+    gear_ratio: float  # given positions over those of the joint
 
 
 class FrictionState(NamedTuple):
-    """Memory of the friction columns; arrays are changed in place.
+    """Memory of the friction columns; arrays are changed in place."""
 
-    Attributes
-    ----------
-    lagged : ndarray, shape (7,)
-        What follows with the friction lag.
-    bent : ndarray, shape (d,)
-        What follows over each presliding distance.
-    direction : float
-        Sign of the friction: -1, 0 before any motion, or 1.
-    held : float
-        Fraction of its static friction that a joint at rest holds, from -1 to 1.
-    """
-
-    lagged: MutableArray
-    bent: MutableArray
-    direction: float
-    held: float
+    lagged: MutableArray  # shape (7,); what follows with the friction lag
+    bent: MutableArray  # shape (d,); what follows over each presliding distance
+    direction: float  # sign of the friction: -1, 0 before any motion, or 1
+    held: float  # fraction of its static friction that a joint at rest holds, from -1 to 1
 
 
 def initial_friction_state(hypothesis: Hypothesis) -> FrictionState:
@@ -123,26 +87,14 @@ def is_friction(hypothesis: Hypothesis, place: int) -> bool:
 
 
 class Curve(NamedTuple):
-    """What the columns depend on nonlinearly.
+    """What the columns depend on nonlinearly; the sensitivities are those of the present coefficients."""
 
-    Attributes
-    ----------
-    lag : float
-        Friction lag ``tau``, s.
-    stribeck_velocity : float
-        Stribeck velocity ``Vs``, rad/s.
-    coulomb, stiction, viscous : float
-        Present coefficients of the lagged columns, N m and N m s/rad: the sensitivities are theirs.
-    hold : float
-        Speed beyond zero at which a reversed motion turns friction, rad/s.
-    """
-
-    lag: float
-    stribeck_velocity: float
-    coulomb: float
-    stiction: float
-    viscous: float
-    hold: float
+    lag: float  # friction lag ``tau``, s
+    stribeck_velocity: float  # stribeck velocity ``Vs``, rad/s
+    coulomb: float  # present coefficient of Coulomb friction, N m
+    stiction: float  # present coefficient of stiction, N m
+    viscous: float  # present viscous coefficient, N m s/rad
+    hold: float  # speed beyond zero at which a reversed motion turns friction, rad/s
 
 
 def _follow_lag(

@@ -45,30 +45,13 @@ SEGMENTS = 4
 
 
 class FeedforwardState(NamedTuple):
-    """State of the feedforward.
+    """State of the feedforward, by default at rest."""
 
-    Attributes
-    ----------
-    friction : float
-        Lagged friction torque ``f_ref`` without the offset, N m.
-    reference : float
-        Last reference, rad/s.
-    started : bool
-        Whether there was one.
-    slip, adhesion : float
-        Fractions of Coulomb friction and stiction behind the lag over the path, for a model with a presliding distance.
-    """
-
-    friction: float
-    reference: float
-    started: bool
-    slip: float = 0.0
-    adhesion: float = 0.0
-
-
-def initial_feedforward_state() -> FeedforwardState:
-    """Return the state of a feedforward at rest."""
-    return FeedforwardState(0.0, 0.0, False, 0.0, 0.0)
+    friction: float = 0.0  # lagged friction torque ``f_ref`` without the offset, N m
+    reference: float = 0.0  # last reference, rad/s
+    started: bool = False  # whether there was one
+    slip: float = 0.0  # fraction of Coulomb friction behind the lag over the path, of a model with presliding
+    adhesion: float = 0.0  # fraction of stiction behind it
 
 
 def turning_speed(model: TorqueModel, inertia: float, period: float) -> float:

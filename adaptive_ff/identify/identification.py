@@ -12,7 +12,7 @@ from adaptive_ff.identify.regression import NOT_NEGATIVE, Model
 from adaptive_ff.identify.result import LogIdentification
 from adaptive_ff.identify.selection import Selection, select
 from adaptive_ff.identify.units import LINEAR, ROTARY, of_current
-from adaptive_ff.learning.confidence import check_confidence
+from adaptive_ff.learning.checks import check_confidence
 from adaptive_ff.logs.columns import in_degrees
 from adaptive_ff.logs.log import KNOWN, Log, check_log
 from controllers.checks import check_numbers, checked_switch

@@ -13,15 +13,13 @@ import numpy as np
 from adaptive_ff.friction.identifying import check_parameters
 from adaptive_ff.friction.model import ESTIMATED, TorqueModel
 from adaptive_ff.learning.batch_least_squares import Array, Estimate, LeastSquaresFit, fit_least_squares
+from adaptive_ff.learning.checks import check_all
 from adaptive_ff.learning.series import COEFFICIENTS, series_regressors, write_physical
-from adaptive_ff.learning.sliding_gate import sliding_time
 from adaptive_ff.learning.torque_form import (
     Signals,
     TorqueForm,
     advance_signals_in_place,
     initial_signals,
-    regressor_names,
-    settle_signals_in_place,
     write_regressors,
 )
 from controllers import check_positive, compiled
@@ -152,11 +150,11 @@ def identify_torque_form(
     check_positive(stribeck_velocity=stribeck_velocity, stribeck_shape=stribeck_shape, filter_pole=filter_pole)
     _check_not_negative(slowest=slowest, hold=hold)
     names = check_parameters(parameters)
-    columns = regressor_names(names)
+    columns = ("inertia_lag", *names)  # the first is ``J tau``
     form = TorqueForm(float(filter_pole), float(stribeck_velocity), float(stribeck_shape))
     rows, outputs = np.zeros((times.size, len(columns))), np.zeros(times.size)
     used = np.zeros(times.size, dtype=np.bool_)
-    signals = settle_signals_in_place(form, initial_signals(len(names)), float(speeds[0]))
+    signals = initial_signals(form, len(names), float(speeds[0]))
     torque_form_rows(form, signals, times, speeds, torques, (float(slowest), float(hold)), rows, outputs, used)
     correlated = math.ceil(FILTER_MEMORY / (filter_pole * float(np.median(steps))))
     count, needed = int(np.count_nonzero(used)), max(len(columns), correlated)
@@ -244,9 +242,7 @@ def _check_series(**series: ArrayLike) -> list[Array]:
             raise ValueError(
                 f"{name} has {array.size} samples; it must have {checked[0].size}, as {next(iter(series))}"
             )
-        if not np.all(np.isfinite(array)):
-            place = int(np.argmin(np.isfinite(array)))
-            raise ValueError(f"{name}[{place}] = {array[place]} is not allowed: all must be finite")
+        check_all(name, array, np.isfinite(array))
         checked.append(array)
     return checked
 
@@ -272,14 +268,16 @@ def _torque_form_rows(
 ) -> None:
     """Write regressors, outputs and whether the gate is open; the gate is its speed (rad/s) and hold (s).
 
-    There is no reference to slide along. A reversal so fast that both samples around it are above the speed of the gate
-    does not close it: the joint cannot have stuck for long, and the filters split it where it happens.
+    Slower than the gate the joint may stick, where friction is whatever the torque is and an equation false; a filter
+    remembers it for a few of its time constants, so the gate opens a hold after. A reversal so fast that both samples
+    around it are above the speed of the gate does not close it: the joint cannot have stuck for long, and the filters
+    split it where it happens.
     """
     sliding = -gate[1]
     for k in range(1, time.size):
         duration = time[k] - time[k - 1]
         signals = advance_signals_in_place(form, signals, torque[k], velocity[k], duration)
-        sliding = sliding_time(sliding, velocity[k], velocity[k], True, gate[0], duration)
+        sliding = sliding + duration if abs(velocity[k]) >= gate[0] and velocity[k] != 0.0 else 0.0
         outputs[k] = write_regressors(form, signals, rows[k])
         used[k] = sliding > gate[1]
 

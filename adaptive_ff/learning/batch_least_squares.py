@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy import special
 
-from adaptive_ff.learning.confidence import check_confidence
+from adaptive_ff.learning.checks import check_all, check_confidence
 from controllers.arrays import ArrayLike, NDArray
 from controllers.checks import checked_array
 
@@ -20,17 +20,7 @@ Array = NDArray[np.float64]
 
 
 class Estimate(NamedTuple):
-    """One estimated number.
-
-    Attributes
-    ----------
-    value : float
-        The estimate.
-    standard_error : float
-        Its standard error.
-    lower, upper : float
-        Ends of its confidence interval.
-    """
+    """One estimated number with its standard error and the ends of its confidence interval."""
 
     value: float
     standard_error: float
@@ -198,9 +188,7 @@ def _check_data(regressors: ArrayLike, outputs: ArrayLike) -> tuple[Array, Array
     if target.shape != (rows,):
         raise ValueError(f"outputs have shape {target.shape}; it must be {(rows,)}, one for each row of regressors")
     for name, array in (("regressors", matrix), ("outputs", target)):
-        if not np.all(np.isfinite(array)):
-            place = tuple(int(index) for index in np.argwhere(~np.isfinite(array))[0])
-            raise ValueError(f"{name}{list(place)} = {array[place]} is not allowed: all must be finite")
+        check_all(name, array, np.isfinite(array))
     if rows <= size:
         raise ValueError(f"regressors have {rows} rows; there must be more than the {size} parameters")
     return matrix, target

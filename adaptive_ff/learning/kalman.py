@@ -32,25 +32,13 @@ class Member(NamedTuple):
 
 
 class Prior(NamedTuple):
-    """What is known before anything is measured.
+    """What is known before anything is measured."""
 
-    Attributes
-    ----------
-    mean : ndarray, shape (n,)
-        Mean of each coefficient; of friction in units of the friction so far.
-    covariance : ndarray, shape (n (n + 1) / 2,)
-        Covariance, in the same units, a lower triangle; zero between coefficients in these units and others.
-    scaled : ndarray of bool, shape (n,)
-        Whether a coefficient is in these units.
-    lowest, highest : ndarray, shape (n,)
-        Bounds.
-    """
-
-    mean: Array
-    covariance: Array
-    scaled: NDArray[np.bool_]
-    lowest: Array
-    highest: Array
+    mean: Array  # shape (n,); mean of each coefficient; of friction in units of the friction so far
+    covariance: Array  # covariance in these units, a lower triangle; zero between coefficients in them and others
+    scaled: NDArray[np.bool_]  # shape (n,); whether a coefficient is in these units
+    lowest: Array  # shape (n,); lower bounds
+    highest: Array  # shape (n,); upper bounds
 
 
 def flow_in_place(member: Member, rate: float, proportional: float, integral: float, noise: float) -> None:

@@ -21,18 +21,10 @@ VELOCITY, INTEGRAL, MEASURED = 0, 1, 2
 
 
 class Response(NamedTuple):
-    """Responses to some inputs; arrays are changed in place.
+    """Responses to some inputs; arrays are changed in place."""
 
-    Attributes
-    ----------
-    states : ndarray, shape (n, 3)
-        Velocity, integral and measured velocity of each.
-    torques : ndarray, shape (lines, n)
-        Torques put in less those of the feedback, N m, the newest first.
-    """
-
-    states: MutableArray
-    torques: MutableArray
+    states: MutableArray  # shape (n, 3); velocity, integral and measured velocity of each
+    torques: MutableArray  # shape (lines, n); torques put in less those of the feedback, N m, the newest first
 
 
 def initial_response(count: int, delay: float) -> Response:

@@ -24,21 +24,11 @@ from controllers.arrays import MutableArray
 
 
 class RLSState(NamedTuple):
-    """State of the recursion; its arrays are changed in place.
+    """State of the recursion; its arrays are changed in place."""
 
-    Attributes
-    ----------
-    estimate : ndarray, shape (n,)
-        Parameters ``P``.
-    covariance : ndarray, shape (n, n)
-        Covariance ``R``.
-    gain : ndarray, shape (n,)
-        Gain ``gamma`` of the last equation, (12).
-    """
-
-    estimate: MutableArray
-    covariance: MutableArray
-    gain: MutableArray
+    estimate: MutableArray  # shape (n,); parameters ``P``
+    covariance: MutableArray  # shape (n, n); covariance ``R``
+    gain: MutableArray  # shape (n,); gain ``gamma`` of the last equation, (12)
 
 
 def initial_rls_state(first: NDArray[np.float64], covariance: NDArray[np.float64]) -> RLSState:

@@ -17,8 +17,6 @@ from numpy.typing import NDArray
 
 from adaptive_ff.friction.model import TorqueModel, stiction_fraction
 
-COEFFICIENTS = ("a1", "a2", "b0", "b1", "c1", "d1")
-
 
 class SeriesCoefficients(NamedTuple):
     """Coefficients of (4), in the order of the regression."""
@@ -29,6 +27,9 @@ class SeriesCoefficients(NamedTuple):
     b1: float
     c1: float
     d1: float
+
+
+COEFFICIENTS = SeriesCoefficients._fields
 
 
 def series_coefficients(model: TorqueModel, period: float) -> SeriesCoefficients:

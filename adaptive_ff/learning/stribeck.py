@@ -18,7 +18,7 @@ from scipy.optimize import brentq, least_squares, nnls
 
 from adaptive_ff.errors import counted
 from adaptive_ff.learning.batch_least_squares import Estimate
-from adaptive_ff.learning.confidence import check_confidence
+from adaptive_ff.learning.checks import check_all, check_confidence
 from controllers.arrays import ArrayLike, NDArray
 from controllers.checks import checked_array
 
@@ -304,17 +304,9 @@ def _check_points(
     for name, values in (("velocity", speeds), ("torque", torques), ("standard_error", errors)):
         if values.shape != speeds.shape:
             raise ValueError(f"{name} has shape {values.shape}; it must be {speeds.shape}, as velocity")
-        if not np.all(np.isfinite(values)):
-            place = int(np.argmin(np.isfinite(values)))
-            raise ValueError(f"{name}[{place}] = {values[place]} is not allowed: all must be finite")
-    at_rest = "at rest friction is whatever torque there is; it must not be zero"
-    for name, values, wrong, rule in (
-        ("velocity", speeds, speeds == 0.0, at_rest),
-        ("standard_error", errors, errors <= 0.0, "it must be positive"),
-    ):
-        if np.any(wrong):
-            place = int(np.argmax(wrong))
-            raise ValueError(f"{name}[{place}] = {values[place]:g} is not allowed: {rule}")
+        check_all(name, values, np.isfinite(values))
+    check_all("velocity", speeds, speeds != 0.0, "at rest friction is whatever torque there is; it must not be zero")
+    check_all("standard_error", errors, errors > 0.0, "it must be positive")
     with_offset = bool(np.any(speeds > 0.0) and np.any(speeds < 0.0))
     different = np.unique(np.round(np.log(np.abs(speeds)), 9)).size
     fewest = FEWEST_SPEEDS + 1 + with_offset

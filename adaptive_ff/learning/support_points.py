@@ -11,6 +11,7 @@ import numpy as np
 from scipy.optimize import brentq
 from scipy.special import polygamma, psi
 
+from adaptive_ff.learning.checks import check_all
 from controllers.arrays import ArrayLike, NDArray
 from controllers.checks import checked_array
 
@@ -110,15 +111,10 @@ def _shared_spread(log_speed: Array, spread: Array, count: NDArray[np.intp]) -> 
     if spread.size <= degree + 1:
         return spread  # nothing to borrow from
     if excess <= polygamma(1, 1e6):
-        return _root(common)  # chance alone explains the scatter
+        return np.asarray(np.sqrt(common))  # chance alone explains the scatter
     weight = 2.0 * brentq(lambda half: polygamma(1, half) - excess, 1e-3, 1e6) if excess < polygamma(1, 1e-3) else 0.0
     common *= math.exp(float(psi(0.5 * weight)) - math.log(0.5 * weight)) if weight > 0.0 else 1.0
-    return _root((weight * common + freedom * spread**2) / (weight + freedom))
-
-
-def _root(variance: Array) -> Array:
-    deviation: Array = np.sqrt(variance)
-    return deviation
+    return np.asarray(np.sqrt((weight * common + freedom * spread**2) / (weight + freedom)))
 
 
 def _check_readings(velocity: Array, torque: Array, drive: ArrayLike | None) -> NDArray[np.generic]:
@@ -139,7 +135,5 @@ def _check_readings(velocity: Array, torque: Array, drive: ArrayLike | None) -> 
         if labels.dtype.kind == "f" and not np.all(np.isfinite(labels)):
             raise ValueError("drive has a label that is not a finite number")
     for name, values in (("velocity", velocity), ("torque", torque)):
-        if not np.all(np.isfinite(values)):
-            place = tuple(int(index) for index in np.argwhere(~np.isfinite(values))[0])
-            raise ValueError(f"{name}{list(place)} = {values[place]} is not allowed: all readings must be finite")
+        check_all(name, values, np.isfinite(values), "all readings must be finite")
     return labels

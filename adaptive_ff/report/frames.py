@@ -21,7 +21,9 @@ def figures_frame(comparison: Comparison) -> Any:
     frame = pandas.DataFrame({name: asdict(run.metrics) for name, run in comparison.runs.items()}).T
     frame["improvement"] = pandas.Series(comparison.improvement)
     frame.index.name = "controller"
-    frame.attrs["units"] = {name: _unit(comparison, unit) for name, unit in METRIC_UNITS.items()} | {"improvement": "1"}
+    frame.attrs["units"] = {
+        name: axis_unit(comparison.scenario.joint.axis, unit) for name, unit in METRIC_UNITS.items()
+    } | {"improvement": "1"}
     return frame
 
 
@@ -33,10 +35,10 @@ def series_dataset(comparison: Comparison) -> Any:
     for series, unit in SERIES_UNITS.items():
         common = series == "reference"
         values = columns[0][series] if common else [one[series] for one in columns]
-        data[series] = ("time" if common else ("controller", "time"), values, {"units": _unit(comparison, unit)})
+        data[series] = (
+            "time" if common else ("controller", "time"),
+            values,
+            {"units": axis_unit(comparison.scenario.joint.axis, unit)},
+        )
     time = ("time", columns[0]["time"], {"units": "s"})
     return xarray.Dataset(data, {"controller": list(comparison.runs), "time": time})
-
-
-def _unit(comparison: Comparison, unit: str) -> str:
-    return axis_unit(comparison.scenario.joint.axis, unit)

@@ -19,7 +19,8 @@ from controllers import (
     loop_margins_of,
 )
 from controllers.checks import PI_SENSITIVITY
-from controllers.design.sampled_loop import SampledLoop, margins_of
+from controllers.design.margins import loop_margins
+from controllers.design.sampled_loop import SampledLoop, open_loop
 from controllers.design.velocity_filter import filter_of
 from plant import steepest_fall
 
@@ -157,7 +158,7 @@ def loop_cautions(scenario: Content) -> Iterator[str]:
     given = sampled(scenario)
     period, measured = given["period"], filter_of(given["velocity"])
     loop = SampledLoop(gains[0] * period / inertia, gains[1] * period**2 / inertia, given["delay"], measured)
-    reached = margins_of(loop)
+    reached = loop_margins(*open_loop(loop), 1e-2 * min(loop.proportional, 1.0))
     if reached.maximum_sensitivity > PI_SENSITIVITY * (1.0 + 1e-3):
         shown = (
             f"the velocity loop oscillates: its maximum sensitivity is {reached.maximum_sensitivity:.3g} and its phase "

@@ -18,7 +18,6 @@ from controllers import (
     compiles,
     dispatched,
     estimate_velocity,
-    initial_position_loop_state,
     initial_velocity_state,
     natural,
     step,
@@ -76,18 +75,18 @@ NEVER = 2**62
 class Position(NamedTuple):
     """Where a run has come to, so that it can go on in parts."""
 
-    sample: int  # next sample
-    phase: int  # phase of the joint's friction
     joint: Any  # state of the joint
     observer: Any  # state of what makes a velocity of the measurement
-    acting: int  # sample whose command acts; -1 before the first
-    given_torque: float  # torque that the drive gives for the last command, N m
-    realised_torque: float  # mean torque that the drive gave over the last period, N m; not a number before the first
-    current_torque: float  # torque that the drive's current makes, N m
-    outer: PositionLoopState  # state of the position loop
-    # temperature of the joint above that of its surroundings, K; zero where friction does not depend on it
-    warmth: float
     reading: float  # last reading of the sensor, rad/s, or of the encoder, rad
+    sample: int = 0  # next sample
+    phase: int = 0  # phase of the joint's friction
+    acting: int = -1  # sample whose command acts; -1 before the first
+    given_torque: float = 0.0  # torque that the drive gives for the last command, N m
+    realised_torque: float = math.nan  # mean torque that the drive gave over the last period, N m
+    current_torque: float = 0.0  # torque that the drive's current makes, N m
+    outer: PositionLoopState = PositionLoopState()  # state of the position loop
+    # temperature of the joint above that of its surroundings, K; zero where friction does not depend on it
+    warmth: float = 0.0
 
 
 def is_plain(setup: RunSetup) -> bool:
@@ -217,7 +216,7 @@ def run_plain(
                 torque = torque_at_joint(actuator, torque, motion.position) - weight
             motion = step_ready(joint, motion, torque, period)
             if not plain:
-                if plan.resistance > 0.0:
+                if plan.thermal_resistance > 0.0:
                     warmth = heated(plan, warmth, motion.friction_torque * sensed_velocity(motion), period)
                 if averaged and i + 1 == last:
                     realised = total / (last - first)
@@ -230,17 +229,17 @@ def run_plain(
         record.torque[sample] = realised
         k += 1
     return state, Position(
-        sample=stop,
-        phase=phase,
         joint=motion,
         observer=observer,
+        reading=reading,
+        sample=stop,
+        phase=phase,
         acting=acting,
         given_torque=given,
         realised_torque=realised,
         current_torque=current,
         outer=outer,
         warmth=warmth,
-        reading=reading,
     )
 
 
@@ -273,18 +272,5 @@ def start_position(setup: RunSetup, velocity: float | None = None) -> Position:
     """Return the position at the start of a run, by default at the velocity of the reference (rad/s)."""
     start = float(setup.reference[0]) if velocity is None else velocity
     joint = INITIAL_STATE[type(setup.joint)](setup.joint, start)
-    observer, outer = initial_velocity_state(setup.observer, joint.position, start), initial_position_loop_state()
-    reading = joint.position if setup.resolution > 0.0 else start
-    return Position(
-        sample=0,
-        phase=0,
-        joint=joint,
-        observer=observer,
-        acting=-1,
-        given_torque=0.0,
-        realised_torque=math.nan,
-        current_torque=0.0,
-        outer=outer,
-        warmth=0.0,
-        reading=reading,
-    )
+    observer = initial_velocity_state(setup.observer, joint.position, start)
+    return Position(joint, observer, joint.position if setup.resolution > 0.0 else start)

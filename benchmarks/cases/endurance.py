@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from adaptive_ff import Run, Scenario, load_scenario, simulate
-from adaptive_ff.comparison.registry import make_adaptive
+from adaptive_ff.comparison.registry import CONTROLLERS
 from adaptive_ff.simulation.experiment import build_plain_setup
 from adaptive_ff.simulation.metrics import rms
 from adaptive_ff.studies.study import Found
@@ -66,7 +66,7 @@ class Life:
         self.now = FrictionChange(time=0.0, friction_scale=1.0)
 
     def _made(self) -> Any:
-        return make_adaptive(self.scenario, torque_limit=self.limit)
+        return CONTROLLERS["adaptive"](self.scenario, torque_limit=self.limit)
 
     def restart(self) -> None:
         """Make the controller anew and let it go on from the saved state."""

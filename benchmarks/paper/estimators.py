@@ -18,7 +18,7 @@ from adaptive_ff.learning.batch import (
 from adaptive_ff.learning.batch_least_squares import Array, LeastSquaresFit, fit_least_squares
 from adaptive_ff.learning.rls import RLSState, initial_rls_state, update_rls_in_place
 from adaptive_ff.learning.series import COEFFICIENTS, series_regressors, write_physical
-from adaptive_ff.learning.torque_form import TorqueForm, initial_signals, regressor_names, settle_signals_in_place
+from adaptive_ff.learning.torque_form import TorqueForm, initial_signals
 from benchmarks.paper.records import CURVE, PERIOD, Record, predict
 from controllers import compiled, pi_gains
 
@@ -169,10 +169,10 @@ def fit_form(record: Record, inertia: float, bandwidth: float) -> Form:
     the adaptive controller chooses in a loop of a bandwidth (Hz) around it.
     """
     pole = pi_gains(inertia, bandwidth)[0] / inertia
-    torque_form, columns = TorqueForm(pole, *CURVE.values()), regressor_names(ESTIMATED)
+    torque_form, columns = TorqueForm(pole, *CURVE.values()), ("inertia_lag", *ESTIMATED)
     count, places = record.time.size, [columns.index(name) for name in ESTIMATED]
     rows, outputs, used = np.zeros((count, len(columns))), np.zeros(count), np.zeros(count, dtype=np.bool_)
-    signals = settle_signals_in_place(torque_form, initial_signals(len(ESTIMATED)), float(record.velocity[0]))
+    signals = initial_signals(torque_form, len(ESTIMATED), float(record.velocity[0]))
     measured = map(np.ascontiguousarray, (record.time, record.velocity, record.acting))
     torque_form_rows(torque_form, signals, *measured, (SLOWEST, HOLD / pole), rows, outputs, used)
     begun = np.zeros(len(columns))

@@ -5,36 +5,18 @@ from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import solve_discrete_are
 
 from controllers.checks import check_positive
-
-SETTLED = 1e-13
-"""Relative change of the covariance in a step at which it counts as settled."""
-
-LONGEST = 100_000
-"""Steps after which the search gives up."""
 
 
 def stationary_gain(transition: NDArray[np.float64], process_noise: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the stationary gain of a filter that measures the first state with a variance of 1."""
-    # here, not above: filterpy loads scipy.stats, half a second that only the Kalman observers need
-    from filterpy.kalman import KalmanFilter
-
-    size = transition.shape[0]
-    kalman = KalmanFilter(dim_x=size, dim_z=1)
-    kalman.F, kalman.Q, kalman.P = transition, process_noise, np.eye(size) + process_noise
-    kalman.H, kalman.R = np.eye(1, size), np.eye(1)
-    for _ in range(LONGEST):
-        last = kalman.P
-        kalman.predict()
-        kalman.update(np.zeros(1))
-        # not the gain: it may stand still for a step long before the end
-        if np.all(np.abs(kalman.P - last) <= SETTLED * np.abs(kalman.P)):
-            return np.array(kalman.K[:, 0], dtype=float)
-    raise ValueError(
-        f"the process noise is too small against that of the measurement: after {LONGEST} periods the gain of the "
-        "filter has not settled"
-    )
+    try:
+        covariance = solve_discrete_are(transition.T, np.eye(len(transition), 1), process_noise, np.eye(1))
+    except np.linalg.LinAlgError as error:
+        raise ValueError(f"process noise and that of the measurement are too far apart: {error}") from error
+    return np.asarray(covariance[:, 0] / (covariance[0, 0] + 1.0))
 
 
 @cache
@@ -73,7 +55,7 @@ def kalman_disturbance_gains(
     Raises
     ------
     ValueError
-        A value is not positive and finite, or the gains do not settle.
+        A value is not positive and finite, or the walk is too far from the noise.
     """
     check_positive(inertia=inertia, period=period, velocity_noise=velocity_noise, disturbance_walk=disturbance_walk)
     angle = math.sqrt(disturbance_walk * period**1.5 / (inertia * velocity_noise))
@@ -111,7 +93,7 @@ def kalman_velocity_gains(position_noise: float, acceleration_walk: float, perio
     Raises
     ------
     ValueError
-        A value is not positive and finite, or the gains do not settle.
+        A value is not positive and finite, or the walk is too far from the noise.
     """
     check_positive(position_noise=position_noise, acceleration_walk=acceleration_walk, period=period)
     gains = _scaled_velocity_gains(acceleration_walk * period**2.5 / position_noise)

@@ -14,7 +14,6 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from controllers.design.margins import LoopMargins, loop_margins
 from controllers.design.velocity_filter import NO_FILTER, VelocityFilter
 
 Polynomial = NDArray[Any]
@@ -59,11 +58,6 @@ def open_loop(loop: SampledLoop, compensation: Compensation = NO_OBSERVER) -> tu
     size = max(numerator.size, denominator.size)
     # powers of q rise where those of z fall
     return np.pad(numerator, (size - numerator.size, 0))[::-1], np.pad(denominator, (size - denominator.size, 0))[::-1]
-
-
-def margins_of(loop: SampledLoop) -> LoopMargins:
-    """Return the margins of a PI loop, its crossover as a fraction of the sampling frequency."""
-    return loop_margins(*open_loop(loop), 1e-2 * min(loop.proportional, 1.0))
 
 
 def _product(first: Polynomial, second: Polynomial) -> Polynomial:

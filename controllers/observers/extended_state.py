@@ -18,7 +18,7 @@ from controllers.declaration import argument, as_given, controller, derived, pos
 from controllers.loops import DELAY, Observing, designing
 from controllers.observers.inertia_observer import ObservedLoopState, double_pole_gains, observe
 from controllers.pi import PIParameters, check_gains, plausible_inputs
-from controllers.registry import Inputs, Output, present_inertia, with_velocity
+from controllers.registry import Inputs, Output, present_inertia
 from controllers.torques import feed_ahead_and_back
 
 if TYPE_CHECKING:
@@ -33,7 +33,7 @@ def step_extended_state(
     inertia = present_inertia(inputs, parameters.inertia)
     gains = double_pole_gains(inertia, parameters.pole, inputs.dt)
     observer = observe(parameters.feedback, state, inputs, inertia, gains)
-    observed = with_velocity(inputs, observer.velocity if math.isfinite(inputs.velocity) else inputs.velocity)
+    observed = inputs._replace(velocity=observer.velocity if math.isfinite(inputs.velocity) else inputs.velocity)
     output, feedback = feed_ahead_and_back(parameters, state, observed, guard, observer.disturbance)
     return output, ObservedLoopState(feedback, observer, inputs.feedforward, inputs.reference)
 

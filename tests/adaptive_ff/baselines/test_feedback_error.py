@@ -8,7 +8,7 @@ from closed_loops import SCENARIO, build_setup, drive
 from plan_inputs import plan_inputs
 
 from adaptive_ff.baselines.feedback_learning import FeedbackErrorLearning
-from adaptive_ff.friction.feedforward import initial_feedforward_state, step_feedforward
+from adaptive_ff.friction.feedforward import FeedforwardState, step_feedforward
 from adaptive_ff.scenario.truth import true_model
 
 GAINS = SCENARIO.feedback.gains
@@ -38,7 +38,7 @@ def test_with_the_true_weights_its_feedforward_is_that_of_the_model():
     teach(learning, model, lag=1)
     learning.enabled = False
     found, _ = drive(learning, setup)
-    state, expected = initial_feedforward_state(), []
+    state, expected = FeedforwardState(), []
     for reference, following in itertools.pairwise(setup.reference[setup.samples]):
         torque, state = step_feedforward(model, state, plan_inputs(reference, following), 0.01)
         expected.append(torque)

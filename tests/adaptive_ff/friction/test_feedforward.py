@@ -14,7 +14,6 @@ from adaptive_ff.friction.feedforward import (
     FADING,
     HELD,
     FeedforwardState,
-    initial_feedforward_state,
     step_feedforward,
 )
 from adaptive_ff.friction.model import TorqueModel, directed_friction, model_friction
@@ -89,7 +88,7 @@ def test_stribeck_friction_is_integrated_with_second_order_in_the_change_of_the_
 def test_at_rest_a_share_of_coulomb_friction_is_held_and_the_rest_fades(lag, direction):
     model = MODEL._replace(friction_lag=lag)
     held = HELD * model.coulomb
-    assert step_feedforward(model, initial_feedforward_state(), plan_inputs(0.0, 0.0), PERIOD) == (
+    assert step_feedforward(model, FeedforwardState(), plan_inputs(0.0, 0.0), PERIOD) == (
         0.0,
         (0.0, 0.0, True, 0.0, 0.0),
     )

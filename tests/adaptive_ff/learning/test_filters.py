@@ -1,3 +1,5 @@
+import math
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -5,7 +7,7 @@ from hypothesis import strategies as st
 from scipy.linalg import expm
 from scipy.signal import lsim
 
-from adaptive_ff.learning.filters import advance_filter_in_place, filter_decay, second_derivative
+from adaptive_ff.learning.torque_form import advance_filter_in_place, second_derivative
 
 POLES = st.floats(1.0, 300.0)
 DURATIONS = st.floats(1e-4, 0.5)
@@ -14,7 +16,7 @@ VALUES = st.floats(-10.0, 10.0)
 
 def advance(state, pole, start, end, duration):
     after = np.array(state)
-    advance_filter_in_place(after, pole, filter_decay(pole, duration), start, end, duration)
+    advance_filter_in_place(after, pole, math.exp(-pole * duration), start, end, duration)
     return after
 
 

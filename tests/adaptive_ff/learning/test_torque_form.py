@@ -51,7 +51,7 @@ def velocities_and_times(velocities, durations):
 
 
 def filters_after(velocities, durations):
-    signals = initial_signals(8)._replace(velocity=velocities[0])
+    signals = initial_signals(FORM, 8)._replace(velocity=velocities[0])
     for velocity, duration in zip(velocities[1:], durations, strict=True):
         signals = advance_signals_in_place(FORM, signals, 0.0, velocity, duration)
     return signals.filters
@@ -98,7 +98,7 @@ def test_reversal_within_a_step_is_seen_where_it_happens(place):
 
 
 def test_torque_is_held_over_the_period_that_ends_and_its_slope_is_regressed_with_a_minus():
-    signals, row = initial_signals(), np.empty(6)
+    signals, row = initial_signals(FORM, 5), np.empty(6)
     signals = advance_signals_in_place(FORM, signals, 7.0, 0.0, 0.02)  # p t = 1
     torque = write_regressors(FORM, signals, row)
     assert torque == pytest.approx(7.0 * (1.0 - 2.0 * math.exp(-1.0)), rel=1e-12)

@@ -8,7 +8,6 @@ from scipy.integrate import quad_vec
 from scipy.linalg import solve_discrete_are
 
 from controllers import KalmanDisturbance
-from controllers.design.kalman_gains import stationary_gain
 from controllers.observers.inertia_observer import ObserverState, correct, predict
 
 TRANSITION = np.array([[1.0, -PERIOD / INERTIA], [0.0, 1.0]])
@@ -132,16 +131,6 @@ def test_only_the_ratio_of_walk_to_noise_matters_and_its_unit_holds_at_every_per
     assert rates[0] == pytest.approx(rates[1], rel=1e-12)  # the same noise density, the same walk
 
 
-def test_gain_that_stands_still_for_a_step_has_not_settled():
-    """Without process noise the first two gains are ``(2/3, 1/3)``, the later ones fall to zero."""
-    measured, noise = np.array([[1.0, 0.0]]), 1e-4 * np.eye(2)
-    transition = np.array([[1.0, 1.0], [0.0, 1.0]])
-    covariance = solve_discrete_are(transition.T, measured.T, noise, np.eye(1))
-    expected = covariance[:, 0] / (covariance[0, 0] + 1.0)
-    assert stationary_gain(transition, noise) == pytest.approx(expected, rel=1e-9)
-
-
-def test_gain_that_does_not_settle_is_said_to(monkeypatch):
-    monkeypatch.setattr("controllers.design.kalman_gains.LONGEST", 2000)
-    with pytest.raises(ValueError, match=r"process noise is too small .* after 2000 periods"):
-        stationary_gain(np.array([[1.0, 1.0], [0.0, 1.0]]), np.zeros((2, 2)))
+def test_noises_that_are_too_far_apart_are_refused():
+    with pytest.raises(ValueError, match=r"process noise and that of the measurement are too far apart"):
+        KalmanDisturbance.gains(1.0, 1.0, velocity_noise=1.0, disturbance_walk=1e24)
