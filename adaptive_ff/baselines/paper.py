@@ -14,10 +14,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from adaptive_ff.friction.bounds import INERTIA_RANGE, largest_lag
 from adaptive_ff.friction.feedforward import FeedforwardState, step_feedforward
 from adaptive_ff.friction.identifying import IdentifyingController
-from adaptive_ff.friction.model import TorqueModel
+from adaptive_ff.friction.model import INERTIA_RANGE, TorqueModel, largest_lag
 from adaptive_ff.learning.rls import (
     RLSState,
     begin_anew_in_place,
@@ -62,12 +61,12 @@ class PaperState(NamedTuple):
 
 
 def identified_model(parameters: "PaperController", state: PaperState) -> TorqueModel:
-    """Return the model as it is identified now; its stiction is at least Coulomb friction."""
+    """Return the model as it is identified now."""
     physical = state.physical
     return TorqueModel(
         inertia=physical[INERTIA],
         coulomb=physical[COULOMB],
-        stiction=max(physical[STICTION], physical[COULOMB]),
+        stiction=physical[STICTION],
         viscous=physical[VISCOUS],
         friction_lag=physical[FRICTION_LAG],
         stribeck_velocity=parameters.stribeck_velocity,
@@ -123,9 +122,8 @@ def step_paper(parameters: "PaperController", state: PaperState, inputs: Inputs)
 
 def write_paper(parameters: "PaperController", state: PaperState, row: MutableArray) -> None:
     """Write the physical estimates into a row."""
-    model = identified_model(parameters, state)
-    row[INERTIA], row[COULOMB], row[STICTION] = model.inertia, model.coulomb, model.stiction
-    row[VISCOUS], row[FRICTION_LAG] = model.viscous, model.friction_lag
+    for i in range(row.size):
+        row[i] = state.physical[i]
 
 
 @controller(step_paper, PaperState, estimates=write_paper)

@@ -59,28 +59,9 @@ class OwnController(Protocol):
     ) -> float:
         """Return the torque to command, N m.
 
-        Parameters
-        ----------
-        reference, next_reference : float
-            Planned velocity now and at the next sample, rad/s. Where ``step`` does not accept ``correction``, that is
-            part of it.
-        velocity : float
-            Measured velocity, rad/s.
-        correction : float
-            What an outer position loop adds to the plan, rad/s, for feedback alone; zero without one.
-        position : float or None
-            Measured position, rad; None where there is none.
-        realised_torque : float or None
-            Mean torque that the drive gave over the last period, N m; None before the first.
-        feedforward : float
-            Known torque to add, such as gravity, N m.
-        inertia : float or None
-            Inertia at this position where it varies, kg m^2; None where it does not.
-        dt : float
-            Time since the last call, s.
-        acting_reference, next_acting_reference : float or None
-            Planned velocity when the torque begins to act, by the delay of the scenario's drive, and one period later,
-            rad/s; None beyond the end of the plan.
+        Arguments are those of :meth:`controllers.Controller.step`. None is what is not known: a position that is not
+        measured, the torque before the first period, an inertia that does not vary, the plan beyond its end. Where
+        ``step`` does not accept ``correction``, that is part of the planned velocities.
         """
         ...
 

@@ -51,7 +51,6 @@ def columns_along(
     period: float | Array,
     position: Array | None = None,
     load: Array | None = None,
-    regressors: Array | None = None,
 ) -> Array:
     """Return the mean unit torques between the samples of a motion.
 
@@ -67,8 +66,6 @@ def columns_along(
         Position in the middle of each period, rad.
     load : ndarray, shape (n,), optional
         Known torque, N m.
-    regressors : ndarray, shape (n, k), optional
-        Further known regressors.
 
     Returns
     -------
@@ -85,7 +82,7 @@ def columns_along(
         np.full(count, period, dtype=float),
         np.full(count, np.nan) if position is None else np.ascontiguousarray(position, dtype=float),
         np.zeros(count) if load is None else np.ascontiguousarray(load, dtype=float),
-        np.zeros((count, hypothesis.regressors)) if regressors is None else np.ascontiguousarray(regressors),
+        np.zeros((count, hypothesis.regressors)),
         columns,
     )
     return columns

@@ -12,7 +12,6 @@ from adaptive_ff.simulation.experiment import Record, RunSetup
 from controllers import (
     Controller,
     Inputs,
-    Native,
     PositionLoopState,
     compiled,
     compiles,
@@ -245,17 +244,6 @@ def run_plain(
 
 run_in_memory = compiled(run_plain)
 """The loop, compiled, of a controller in memory: of its parameters a ``NativeParameters``, of its state nothing."""
-
-
-def run_compiled(
-    parameters: Any, state: Any, setup: RunSetup, position: Position, stop: int, record: Record
-) -> tuple[Any, Position]:
-    """Run the loop as :func:`run_plain` does, compiled: once for a kind of joint, once for a kind of controller."""
-    if not compiles():
-        return run_plain(parameters, state, setup, position, stop, record)
-    native = Native(parameters, state)
-    _, position = run_in_memory(native.addresses, 0, setup, position, stop, record)
-    return native.state, position
 
 
 def run_controller(controller: Controller, setup: RunSetup, position: Position, stop: int, record: Record) -> Position:

@@ -20,7 +20,7 @@ from adaptive_ff import load_scenario
 from adaptive_ff.friction.model import ESTIMATED, TorqueModel
 from adaptive_ff.scenario.truth import true_model
 from adaptive_ff.simulation.experiment import RunSetup, build_plain_setup, empty_record
-from adaptive_ff.simulation.loop import run_compiled, start_position
+from adaptive_ff.simulation.loop import run_controller, start_position
 from controllers import PI, Controller, compiled, pi_gains
 from plant import JointParameters, JointState, Stribeck, step_joint
 
@@ -121,7 +121,7 @@ def drive(setup: RunSetup, controller: Controller | None = None, *, current_step
     run = empty_record(setup, len(controller.estimate_names))
     coarse = setup._replace(actuator=setup.actuator._replace(torque_resolution=TORQUE_CONSTANT * current_step))
     start, count = start_position(coarse), setup.noise.size
-    controller.state, _ = run_compiled(controller.parameters, controller.state, coarse, start, count, run)
+    run_controller(controller, coarse, start, count, run)
     steps, acting = setup.samples[:-1], np.append(0.0, run.torque[:-1])
     return Record(SOLVER_PERIOD * steps, run.measured, run.torque, acting, steps, run.velocity, setup.reference)
 

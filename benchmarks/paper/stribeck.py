@@ -9,7 +9,7 @@ from adaptive_ff.friction.model import UNITS
 from adaptive_ff.learning.stribeck import Array, StribeckFit, fit_stribeck
 from adaptive_ff.learning.support_points import SupportPoints, support_points
 from adaptive_ff.simulation.experiment import build_plain_setup, empty_record
-from adaptive_ff.simulation.loop import run_compiled, start_position
+from adaptive_ff.simulation.loop import run_controller, start_position
 from adaptive_ff.simulation.metrics import rms
 from benchmarks.cases.reports import Row
 from benchmarks.paper.experiment import SYMBOLS, Experiment, notes
@@ -66,7 +66,7 @@ def simulate_drives(velocities: Array, seed: int) -> SupportPoints:
         setup = build_plain_setup(SCENARIO.joint, samples, plan, SCENARIO.sensor.draw(count, generator))
         controller, record = PI(*SCENARIO.feedback.gains, PERIOD), empty_record(setup, 0)
         start = start_position(setup, 0.0)
-        run_compiled(controller.parameters, controller.state, setup, start, count, record)
+        run_controller(controller, setup, start, count, record)
         speeds[place] = record.measured[SETTLING::SPACING]
         torques[place] = record.torque[SETTLING::SPACING]
     return support_points(speeds, torques)

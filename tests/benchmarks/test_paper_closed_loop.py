@@ -2,10 +2,11 @@
 
 import numpy as np
 import pytest
+from closed_loops import run_compiled
 
 from adaptive_ff.learning.series import series_coefficients
 from adaptive_ff.simulation.experiment import empty_record
-from adaptive_ff.simulation.loop import run_compiled, start_position
+from adaptive_ff.simulation.loop import start_position
 from adaptive_ff.simulation.metrics import rms
 from benchmarks.paper import stribeck
 from benchmarks.paper.closed_loop import (

@@ -6,13 +6,13 @@ import pickle
 
 import numpy as np
 import pytest
-from closed_loops import make, setup_along
+from closed_loops import make, run_compiled, setup_along
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from adaptive_ff.adaptive.controller import AdaptiveController
 from adaptive_ff.simulation.experiment import empty_record
-from adaptive_ff.simulation.loop import run_compiled, run_in_memory, run_plain, start_position
+from adaptive_ff.simulation.loop import run_in_memory, run_plain, start_position
 from controllers import PI, ExtendedState
 from controllers.arguments import RULES
 from controllers.native import declined

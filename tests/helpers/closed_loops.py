@@ -8,7 +8,8 @@ from nightly import sampled
 from adaptive_ff import load_scenario
 from adaptive_ff.comparison.registry import CONTROLLERS
 from adaptive_ff.simulation.experiment import build_plain_setup, build_setup, empty_record
-from adaptive_ff.simulation.loop import run_compiled, run_plain, start_position
+from adaptive_ff.simulation.loop import run_in_memory, run_plain, start_position
+from controllers import Native, compiles
 from plant import Actuator, Joint
 
 SCENARIO = load_scenario()
@@ -46,6 +47,15 @@ def setup_along(reference, *, joint=SCENARIO.joint, substeps=1, noise=0.0, seed=
         noise * np.random.default_rng(seed).standard_normal(samples),
         Actuator(torque_limit=limit),
     )
+
+
+def run_compiled(parameters, state, setup, position, stop, record):
+    """Run the loop as ``run_plain`` does, compiled."""
+    if not compiles():
+        return run_plain(parameters, state, setup, position, stop, record)
+    native = Native(parameters, state)
+    _, position = run_in_memory(native.addresses, 0, setup, position, stop, record)
+    return native.state, position
 
 
 def drive(controller, setup, *, position=None, run=run_compiled):

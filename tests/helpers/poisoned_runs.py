@@ -5,10 +5,10 @@ from typing import Any, NamedTuple
 from unittest.mock import patch
 
 import numpy as np
-from closed_loops import SCENARIO, build_setup, make
+from closed_loops import SCENARIO, build_setup, make, run_compiled
 
 from adaptive_ff.simulation.experiment import empty_record
-from adaptive_ff.simulation.loop import run_compiled, run_plain, start_position
+from adaptive_ff.simulation.loop import run_plain, start_position
 from controllers import ESTIMATES, STEPS, feedback_state, step, without_estimates
 
 FIRST, BAD, AFTER, JUDGED = 4000, 200, 3000, 1000

@@ -4,12 +4,12 @@ import math
 
 import numpy as np
 import pytest
-from closed_loops import SCENARIO, drive, make
+from closed_loops import SCENARIO, drive, make, run_compiled
 
 from adaptive_ff import simulate
 from adaptive_ff.comparison.own import own_controller
 from adaptive_ff.simulation.experiment import build_setup, empty_record
-from adaptive_ff.simulation.loop import run_compiled, run_plain, start_position
+from adaptive_ff.simulation.loop import run_plain, start_position
 from plant import Joint
 
 SHORT = SCENARIO.modified(duration=6.0)
