@@ -50,13 +50,9 @@ def checked_switch(name: str, value: Any) -> bool:
 
 def check_positive(**values: float) -> None:
     """Raise ``ValueError`` for the first value that is not a positive finite number, ``TypeError`` for no number."""
+    check_numbers(**values)
     for name, value in values.items():
-        try:
-            allowed = math.isfinite(value) and value > 0.0
-        except (TypeError, OverflowError):
-            check_numbers(**{name: value})
-            raise
-        if not allowed:
+        if not (math.isfinite(value) and value > 0.0):
             raise ValueError(f"{name} = {value} is not allowed: it must be positive and finite")
 
 

@@ -28,21 +28,10 @@ def size_and_lost_fraction(series: NDArray[np.float64], steps: NDArray[np.int64]
     samples, lost = steps.size - 1, 0.0
     for part in chunks(samples, max(1, CHUNK * samples // series.size)):
         ends = steps[part.start : part.stop + 1]
-        lost += _squares_off_the_lines(series[ends[0] : ends[-1] + 1], ends - ends[0])
+        between = np.interp(np.arange(ends[0], ends[-1] + 1), ends, series[ends])
+        lost += float(np.sum(np.square(series[ends[0] : ends[-1] + 1] - between)))
     size = math.sqrt(float(np.einsum("i,i->", series, series)) / series.size)
     return size, math.sqrt(lost / series.size) / size if size > 0.0 else 0.0
-
-
-def _squares_off_the_lines(series: NDArray[np.float64], steps: NDArray[np.int64]) -> float:
-    """Return the sum of squares of what a series has beyond the straight lines through its samples."""
-    period = int(steps[1])
-    if np.any(np.diff(steps) != period):
-        return float(np.sum(np.square(series - np.interp(np.arange(series.size), steps, series[steps]))))
-    samples = series[::period]
-    first, rise = samples[:-1], np.diff(samples)
-    return sum(  # a quarter of the time of the interpolation
-        float(np.sum(np.square(series[place::period] - first - place / period * rise))) for place in range(1, period)
-    )
 
 
 def sum_of_sines(omegas: Array, phases: Array, weights: Array, time: Array) -> Array:

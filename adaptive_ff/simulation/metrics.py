@@ -6,16 +6,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from adaptive_ff.scenario.series import chunks, largest_size
+from adaptive_ff.scenario.series import largest_size
 
 START = 5.0
 """Length of the start, s of motion."""
 
 CALM = 2.0
 """Time after which a joint whose reference stands still is expected to stand still, s."""
-
-FEW = 4096
-"""Steps of a reference that are searched for its first motion at a time; most begin to move at once."""
 
 
 @dataclass(frozen=True)
@@ -89,11 +86,7 @@ def standstill_range(
 
 def first_motion(reference: NDArray[np.float64]) -> int:
     """Return the first place at which a reference is not zero; zero where it never moves."""
-    for part in chunks(reference.size, FEW):
-        moving = reference[part] != 0.0
-        if np.any(moving):
-            return int(part.start + np.argmax(moving))
-    return 0
+    return int(np.argmax(reference != 0.0))
 
 
 def settled_start(last_change: float, end: float) -> float:

@@ -72,7 +72,7 @@ def loop_margins(numerator: NDArray[Any], denominator: NDArray[Any], slowest: fl
     omega = np.geomspace(slowest, math.pi, FREQUENCIES)
     points = np.exp(1j * omega)
     with np.errstate(all="ignore"):
-        value = _polynomial(numerator, points) / _polynomial(denominator, points)
+        value = np.polyval(numerator, points) / np.polyval(denominator, points)
     crossings = np.nonzero(np.abs(value) >= 1.0)[0]
     last = int(crossings[-1]) if crossings.size else -1
     # where the loop is real and negative beyond the crossover: the imaginary part changes its sign, or ends at Nyquist
@@ -84,13 +84,6 @@ def loop_margins(numerator: NDArray[Any], denominator: NDArray[Any], slowest: fl
         1.0 / float(np.abs(value[behind[0]])) if behind else math.inf,
         math.degrees(float(np.angle(-value[last]))) if crossings.size else math.nan,
     )
-
-
-def _polynomial(coefficients: NDArray[Any], points: NDArray[Any]) -> NDArray[Any]:
-    """Evaluate a polynomial, falling powers, by Horner's rule."""
-    first = int(np.flatnonzero(coefficients)[0])
-    value: NDArray[Any] = np.polyval(coefficients[first:], points)
-    return value
 
 
 def largest_setting(opened: Callable[[float], OpenLoop], bound: float, start: float, end: float) -> float:

@@ -1,4 +1,4 @@
-"""The sampled loop: products of its polynomials, and its margins."""
+"""The sampled loop: its margins."""
 
 import math
 
@@ -6,12 +6,7 @@ import numpy as np
 import pytest
 
 from controllers.design.margins import loop_margins
-from controllers.design.sampled_loop import SampledLoop, _product, open_loop
-
-
-def test_product_of_polynomials_is_that_of_numpy():
-    for first, second in (([0.0, 2.0, 1.0], [0.0, 0.0, 3.0]), ([0.0], [1.0, 2.0]), ([1.0, -1.0], [1.0, -1.0])):
-        np.testing.assert_array_equal(_product(np.array(first), np.array(second)), np.polymul(first, second))
+from controllers.design.sampled_loop import SampledLoop, open_loop
 
 
 @pytest.mark.parametrize("proportional", [1e-4, 1e-2, 0.4, 1.2])
