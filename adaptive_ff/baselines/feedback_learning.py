@@ -296,10 +296,8 @@ def step_learnt(parameters: "LearntFeedforward", state: LearntState, inputs: Inp
     moving = moves(inputs, state.reference, parameters.stribeck_velocity)
     if state.enabled and last.samples > 0 and moving and unwound and math.isfinite(inputs.velocity):
         error = inputs.reference + inputs.correction - inputs.velocity
-        left, fraction = (
-            parameters.feedback.proportional * error + last.integral,
-            handed_over(parameters.rate, inputs.dt),
-        )
+        left = parameters.feedback.proportional * error + last.integral
+        fraction = handed_over(parameters.rate, inputs.dt)
         learn_in_place(state.weights, state.features, parameters.scale, left, fraction, 0.5 * inertia, 2.0 * inertia)
     advance_features_in_place(parameters, state, inputs)
     torque = present_inertia(inputs, state.weights[INERTIA]) * state.features[INERTIA]

@@ -64,33 +64,22 @@ def step_model_based(
         position = state.position + 0.5 * inputs.dt * (state.feedforward.reference + inputs.reference)
         if parameters.velocity_lag > 0.0:
             lagged = behind_lag(parameters.velocity_lag, state.lagged, inputs.reference, inputs.dt)
-    acting = time + parameters.feedback.delay * parameters.period
+    delay, period, gravity, ripple = parameters.feedback.delay, parameters.period, parameters.gravity, parameters.ripple
+    acting = time + delay * period
     model, turned = parameters.model, parameters.turned
     for change in range(parameters.schedule.shape[0]):
-        if (
-            acting >= parameters.schedule[change, 0] - 0.5 * parameters.period
-        ):  # in force for most of the period to come
+        if acting >= parameters.schedule[change, 0] - 0.5 * period:  # in force for most of the period to come
             model = model_in_row(parameters.schedule, change)
-            turned = turning_speed(model, model.inertia, parameters.period)
-    torque, feedforward = step_feedforward(
-        model,
-        state.feedforward,
-        inputs,
-        parameters.period,
-        parameters.feedback.delay,
-        inputs.inertia,
-        turned,
-    )
-    if parameters.held < 1.0 and is_plan_at_rest(state.feedforward, inputs, parameters.feedback.delay):
+            turned = turning_speed(model, model.inertia, period)
+    torque, feedforward = step_feedforward(model, state.feedforward, inputs, period, delay, inputs.inertia, turned)
+    if parameters.held < 1.0 and is_plan_at_rest(state.feedforward, inputs, delay):
         feedforward = released(model, feedforward, parameters.held, inputs.dt)
-    turn = (
-        (parameters.feedback.delay + 0.5) * parameters.period * inputs.reference
-    )  # to the middle of the coming period
-    if parameters.gravity[0] > 0.0:
-        torque += parameters.gravity[0] * math.sin(position + turn + parameters.gravity[1])
-    if parameters.ripple[0] > 0.0:
+    turn = (delay + 0.5) * period * inputs.reference  # to the middle of the coming period
+    if gravity[0] > 0.0:
+        torque += gravity[0] * math.sin(position + turn + gravity[1])
+    if ripple[0] > 0.0:
         there = inputs.position if math.isfinite(inputs.position) else position
-        torque -= parameters.ripple[0] * math.sin(parameters.ripple_waves * (there + turn))
+        torque -= ripple[0] * math.sin(parameters.ripple_waves * (there + turn))
     compared = with_reference(with_feedforward(inputs, torque), lagged)
     output, feedback = feed_back(parameters.feedback, state.feedback, compared, guard)
     return output, ModelBasedState(feedback, feedforward, time, position, lagged)

@@ -105,18 +105,14 @@ def step_paper(parameters: "PaperController", state: PaperState, inputs: Inputs)
         model, state.feedforward, inputs, parameters.period, delay, inputs.inertia
     )
     output, feedback = feed_back(parameters.feedback, state.feedback, with_feedforward(inputs, model_torque), guard)
-    return output, PaperState(
+    return output, state._replace(
         feedback=feedback,
         feedforward=feedforward,
-        recursion=state.recursion,
-        physical=state.physical,
         last_velocity=velocity,
         velocity_before=state.last_velocity,
         torque=torque,
         known_torques=remember(state.known_torques, inputs.feedforward),
         valid=valid,
-        enabled=state.enabled,
-        row=state.row,
     )
 
 

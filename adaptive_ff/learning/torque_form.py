@@ -51,15 +51,11 @@ def initial_signals(form: TorqueForm, parameters: int, velocity: float = 0.0) ->
     filters = np.zeros((4 if parameters <= len(WITH_OFFSET) else 6, 2))
     fraction = stiction_fraction(abs(velocity), form.stribeck_velocity, form.stribeck_shape)
     direction = float(np.sign(velocity))
-    values = (
-        0.0,
-        velocity,
-        direction * (1.0 - fraction),
-        direction * fraction,
-        abs(direction) * fraction,
-        abs(velocity),
-    )
-    filters[:, 0] = values[: len(filters)]
+    filters[FILTER_VELOCITY, 0] = velocity
+    filters[FILTER_COULOMB, 0] = direction * (1.0 - fraction)
+    filters[FILTER_ADHESION, 0] = direction * fraction
+    if len(filters) > FILTER_FRACTION:
+        filters[FILTER_FRACTION:, 0] = abs(direction) * fraction, abs(velocity)
     return Signals(filters, velocity)
 
 
