@@ -9,7 +9,7 @@ from command_line import compile_controllers
 from hypothesis import HealthCheck, settings
 from scenario_files import short, write_scenario
 
-from adaptive_ff import Comparison
+from adaptive_ff.reported import Reported
 
 pytest_plugins = ["pytester", "exports"]
 
@@ -52,8 +52,8 @@ def scenario(tmp_path):
 
 @pytest.fixture
 def without_pictures():
-    """A comparison that draws nothing."""
-    with patch.object(Comparison, "plot", lambda comparison, folder: {}):
+    """Comparisons, and what is made of logs, draw nothing."""
+    with patch.object(Reported, "plot", lambda result, folder: {}):
         yield
 
 

@@ -30,7 +30,7 @@ def one_time(value):
 
 
 @pytest.mark.parametrize("value", [np.inf, -np.inf, 1e306])
-def test_a_replay_of_a_time_that_cannot_be_says_so_in_a_line(tmp_path, value):
+def test_a_replay_of_a_time_that_cannot_be_says_so_in_a_line(tmp_path, without_pictures, value):
     outcome = run_command_line(
         "replay", write_log(tmp_path / "log.csv", time=one_time(value)), *COLUMNS, "--out", tmp_path / "out"
     )
@@ -47,7 +47,7 @@ def test_a_log_of_denormal_numbers_is_refused_for_what_it_is(tmp_path):
 
 
 @pytest.mark.parametrize("command", ["identify", "replay"])
-def test_names_of_columns_do_not_reach_the_terminal_as_commands(tmp_path, command):
+def test_names_of_columns_do_not_reach_the_terminal_as_commands(tmp_path, without_pictures, command):
     evil = "u\x1b]0;owned\x07"
     path = write_log(tmp_path / "log.csv", names=("time", "q\x1b[2J", evil))
     outcome = run_command_line(command, path, "--position", "q\x1b[2J", "--torque", evil, "--out", tmp_path / "out")

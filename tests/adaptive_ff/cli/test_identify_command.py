@@ -94,7 +94,7 @@ def test_scenario_is_one_that_compare_takes(result, tmp_path):
     assert comparison.improvement["oracle"] > 2.0
 
 
-def test_other_log_is_validated_on_and_nothing_is_held_out(tmp_path):
+def test_other_log_is_validated_on_and_nothing_is_held_out(tmp_path, without_pictures):
     log = write_log(tmp_path / "log.csv", period=0.005)
     other = write_log(tmp_path / "other.csv", period=0.005, viscous=6.0, seed=102)
     outcome = run_command_line("identify", log, "--validate", other, "--out", tmp_path / "out")
@@ -105,7 +105,7 @@ def test_other_log_is_validated_on_and_nothing_is_held_out(tmp_path):
     assert f"of the torque of {other} are left" in " ".join(outcome.out.split())
 
 
-def test_units_are_given_by_factors_and_linear_axes_have_their_own(tmp_path):
+def test_units_are_given_by_factors_and_linear_axes_have_their_own(tmp_path, without_pictures):
     log = make_log(noise=0.05, period=0.005)
     columns = {"ms": 1e3 * log.time, "deg": np.degrees(log.position), "volt": -log.torque / 48.0}
     write_csv(tmp_path / "log.csv", columns)
@@ -118,7 +118,7 @@ def test_units_are_given_by_factors_and_linear_axes_have_their_own(tmp_path):
     assert load_scenario(tmp_path / "out" / "scenario.toml").joint.axis == "linear"
 
 
-def test_current_is_found_by_its_name_and_keeps_its_units_where_the_motion_is_scaled_or_linear(tmp_path):
+def test_current_is_found_by_its_name_and_keeps_its_units_where_the_motion_is_scaled(tmp_path, without_pictures):
     log, path = make_log(noise=0.05, period=0.005), tmp_path / "log.csv"
     write_csv(path, {"time": log.time, "q": np.degrees(log.position), "current": log.torque})
     said = "has A and A s²/m where it says N and kg; for these give --torque-constant, in N/A"
@@ -133,7 +133,7 @@ def test_current_is_found_by_its_name_and_keeps_its_units_where_the_motion_is_sc
         assert found["inertia"]["unit"] == unit
 
 
-def test_units_that_columns_say_are_pointed_out_and_milliamperes_become_amperes(tmp_path):
+def test_units_that_columns_say_are_pointed_out_and_milliamperes_become_amperes(tmp_path, without_pictures):
     log, path = make_log(noise=0.05), tmp_path / "log.csv"
     write_csv(path, {"t": log.time, "lage": np.degrees(log.position), "strom": 1e3 * log.torque})
     header, rows = path.read_text(encoding="utf-8").split("\n", 1)
@@ -150,7 +150,7 @@ def test_units_that_columns_say_are_pointed_out_and_milliamperes_become_amperes(
     assert found["inertia"]["unit"] == "A s²/rad"
 
 
-def test_millimetres_of_an_axis_that_is_taken_as_rotary_are_pointed_out(tmp_path):
+def test_millimetres_of_an_axis_that_is_taken_as_rotary_are_pointed_out(tmp_path, without_pictures):
     log = make_log(noise=0.05, period=0.005)
     write_csv(tmp_path / "log.csv", {"time": log.time, "z_mm": log.position, "force [N]": log.torque})
     options = ["--position", "z_mm", "--torque", "force [N]", "--out", tmp_path / "out"]
@@ -163,7 +163,7 @@ def test_millimetres_of_an_axis_that_is_taken_as_rotary_are_pointed_out(tmp_path
 
 
 @pytest.mark.parametrize("factor", ["-1", "-1e-3"])
-def test_current_with_the_other_sign_stays_one(tmp_path, factor):
+def test_current_with_the_other_sign_stays_one(tmp_path, without_pictures, factor):
     log, scale = make_log(noise=0.05), float(factor)
     name = "current" if scale == -1.0 else "current_mA"
     write_csv(tmp_path / "log.csv", {"time": log.time, "q": log.position, name: log.torque / scale})
@@ -186,7 +186,7 @@ def test_file_that_cannot_be_read_is_named_though_all_columns_are_given(tmp_path
     assert "cannot be read" in " ".join(outcome.err.split())
 
 
-def test_period_serves_instead_of_a_time_and_tables_are_picked_from(tmp_path):
+def test_period_serves_instead_of_a_time_and_tables_are_picked_from(tmp_path, without_pictures):
     log = make_log(noise=0.05, period=0.005)
     np.savez(tmp_path / "log.npz", all=np.column_stack([log.position, log.torque]))
     columns = ["--period", "0.005", "--position", "all[0]", "--torque", "all[1]"]
@@ -194,7 +194,7 @@ def test_period_serves_instead_of_a_time_and_tables_are_picked_from(tmp_path):
     assert outcome.status == 0, outcome
 
 
-def test_log_whose_clock_begins_anew_is_cut_there_and_nothing_of_it_is_called_skipped(tmp_path):
+def test_log_whose_clock_begins_anew_is_cut_there_and_nothing_of_it_is_called_skipped(tmp_path, without_pictures):
     log = make_log(noise=0.05, period=0.005)
     np.savez(tmp_path / "log.npz", t=np.where(log.time < 15.0, log.time, log.time - 15.0), q=log.position, u=log.torque)
     outcome = run_command_line("identify", tmp_path / "log.npz", "--out", tmp_path / "out")
@@ -206,7 +206,7 @@ def test_shape_of_an_array_that_holds_several_columns_is_said(tmp_path):
     assert "there are data (100, 3)" in refusal("identify", tmp_path / "log.npz", "--out", tmp_path / "out")
 
 
-def test_skipped_stretches_are_said_and_listed(tmp_path):
+def test_skipped_stretches_are_said_and_listed(tmp_path, without_pictures):
     log = make_log(noise=0.05, period=0.005)
     log.torque[2000:2200] = np.nan
     np.savez(tmp_path / "log.npz", t=log.time, q=log.position, u=log.torque)
@@ -249,7 +249,7 @@ def test_simulators_are_written_and_details_printed(tmp_path):
     assert 'frictionloss="' in (tmp_path / "out" / "joint.xml").read_text(encoding="utf-8")
 
 
-def test_voltage_becomes_a_torque_and_its_back_emf_is_said(tmp_path):
+def test_voltage_becomes_a_torque_and_its_back_emf_is_said(tmp_path, without_pictures):
     log = make_log(noise=0.05, period=0.005)
     write_csv(tmp_path / "log.csv", {"time": log.time, "position": log.position, "duty": log.torque * 2.0 / 0.5 / 24.0})
     motor = ["--voltage", "duty", "--scale", "duty=24", "--resistance", "2", "--torque-constant", "0.5"]
@@ -295,7 +295,7 @@ REFUSALS = [
 ]
 
 
-def test_bad_options_are_answered_with_one_line_and_leave_nothing(tmp_path):
+def test_bad_options_are_answered_with_one_line_and_leave_nothing(tmp_path, without_pictures):
     log = write_log(tmp_path / "log.csv", duration=4.0, period=0.004)
     before = content_of(tmp_path)
     for options, message in REFUSALS:

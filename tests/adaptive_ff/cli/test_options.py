@@ -4,6 +4,7 @@ import json
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
+from unittest.mock import patch
 
 import numpy as np
 import pytest
@@ -15,6 +16,7 @@ from synthetic_logs import make_log
 from adaptive_ff.cli.main import app
 from adaptive_ff.cli.options import described
 from adaptive_ff.files import write_csv
+from adaptive_ff.reported import Reported
 
 LONG = {"excite", "commission"}
 """Commands that take minutes; a test holds their options against the function that they are the arguments of."""
@@ -53,7 +55,8 @@ def results(tmp_path_factory):
         columns = {"time": log.time, "position": log.position, "torque": felt, "known": known}
         write_csv(folder / "log.csv", columns)
         logs = [folder / "log.csv"] * (2 if command == "score" else 1)
-        outcome = run_command_line(command, *logs, *BASE, *options, "--out", folder / "out", "--json", "-")
+        with patch.object(Reported, "plot", lambda result, folder: {}):
+            outcome = run_command_line(command, *logs, *BASE, *options, "--out", folder / "out", "--json", "-")
         assert outcome.status == 0, outcome
         return json.loads(outcome.out)
 

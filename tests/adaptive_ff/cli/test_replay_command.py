@@ -34,12 +34,11 @@ def result(tmp_path_factory):
     return folder, outcome
 
 
-@pytest.mark.parametrize(
-    ("option", "value"), [("--stribeck-velocity", "-1"), ("--band", "0"), ("--memory", "0"), ("--inertia", "nan")]
-)
-def test_values_that_no_machine_has_are_refused_in_a_line(tmp_path, option, value):
-    line = refusal("replay", write_log(tmp_path / "log.csv"), *OPTIONS, option, value, "--out", tmp_path / "out")
-    assert line.startswith(f"adaptive-ff: {option.removeprefix('--').replace('-', '_')} = ")
+def test_values_that_no_machine_has_are_refused_in_a_line(tmp_path):
+    log = write_log(tmp_path / "log.csv", period=0.005)
+    for option, value in (("--stribeck-velocity", "-1"), ("--band", "0"), ("--memory", "0"), ("--inertia", "nan")):
+        line = refusal("replay", log, *OPTIONS, option, value, "--out", tmp_path / "out")
+        assert line.startswith(f"adaptive-ff: {option.removeprefix('--').replace('-', '_')} = ")
     assert not (tmp_path / "out").exists()
 
 
