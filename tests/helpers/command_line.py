@@ -1,5 +1,6 @@
 """The command line in this process, for tests."""
 
+import functools
 import io
 import os
 import re
@@ -10,11 +11,14 @@ from typing import NamedTuple
 from unittest.mock import patch
 
 import pytest
+import typer
 
 from adaptive_ff import load_scenario, simulate
 from adaptive_ff.cli.main import main
 
 WARNING = ("adaptive-ff: warning:", "warning:")
+BUILT = functools.cache(typer.main.get_command)
+"""Commands are built once, not for every call."""
 COLOUR = re.compile(r"\x1b\[[0-9;]*m")
 
 
@@ -44,6 +48,7 @@ def run_command_line(*arguments, columns=1000):
         warnings.catch_warnings(action="default"),
         patch.dict(os.environ, {**plain, "COLUMNS": str(columns)}, clear=True),
         patch.object(sys, "argv", argv),
+        patch.object(typer.main, "get_command", BUILT),
         redirect_stdout(out),
         redirect_stderr(err),
         pytest.raises(SystemExit) as ended,
