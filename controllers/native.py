@@ -152,7 +152,7 @@ class CalledBack:
 
     Attributes
     ----------
-    native : NativeParameters
+    addresses : NativeParameters
         What stands for the parameters in compiled code.
     """
 
@@ -206,7 +206,7 @@ class Native:
 
     Attributes
     ----------
-    native : NativeParameters
+    addresses : NativeParameters
         What stands for the parameters in compiled code that serves every controller.
     """
 

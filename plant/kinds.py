@@ -45,7 +45,7 @@ def initial_state(joint: Any, velocity: float) -> Any:
     if type(joint) not in INITIAL_STATE:
         raise TypeError(f"joint = {joint!r} is not allowed: it must be the parameters of a joint of any kind")
     check_finite("velocity", velocity, "rad/s")
-    return INITIAL_STATE[type(joint)](joint, velocity)
+    return INITIAL_STATE[type(joint)](joint, float(velocity))
 
 
 class Joint:
@@ -76,11 +76,10 @@ class Joint:
     def __init__(self, model: AnyJoint, velocity: float = 0.0) -> None:
         if not isinstance(model, FrictionFields):
             raise TypeError(f"model = {model!r} is not allowed: it must be a JointModel, or another joint of AnyJoint")
-        check_finite("velocity", velocity, "rad/s")
         self.model = model
         self._parameters = model.parameters
         self._step = STEP_JOINT[type(self._parameters)]
-        self.state: Any = initial_state(self._parameters, float(velocity))
+        self.state: Any = initial_state(self._parameters, velocity)
 
     def step(self, torque: float, duration: float) -> float:
         """Apply a constant torque for a while and return the velocity reached.

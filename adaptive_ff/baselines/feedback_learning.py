@@ -102,11 +102,6 @@ def learn_in_place(
     weights[INERTIA] = min(max(weights[INERTIA], least), most)
 
 
-def handed_over(rate: float, duration: float) -> float:
-    """Return the fraction of the feedback torque that a rate (1/s) hands over in a time (s)."""
-    return -math.expm1(-rate * duration)
-
-
 RATE = 0.3
 """Learning rate, over the crossover ``Kp/J`` of the feedback; see ``FeedbackErrorLearning``."""
 
@@ -152,7 +147,7 @@ def step_feedback_error(
     output, feedback = feed_back(parameters.feedback, state.feedback, with_feedforward(inputs, torque), guard)
     if state.enabled and state.feedback.samples > 0 and moving and not refused and math.isfinite(inputs.velocity):
         least, most = parameters.inertia / INERTIA_RANGE, parameters.inertia * INERTIA_RANGE
-        left, fraction = output.torque - output.feedforward, handed_over(parameters.learning_rate, inputs.dt)
+        left, fraction = output.torque - output.feedforward, -math.expm1(-parameters.learning_rate * inputs.dt)
         learn_in_place(state.weights, state.active, parameters.scale, left, fraction, least, most)
     for i in range(parameters.scale.size):
         state.active[i] = state.row[i]
@@ -297,7 +292,7 @@ def step_learnt(parameters: "LearntFeedforward", state: LearntState, inputs: Inp
     if state.enabled and last.samples > 0 and moving and unwound and math.isfinite(inputs.velocity):
         error = inputs.reference + inputs.correction - inputs.velocity
         left = parameters.feedback.proportional * error + last.integral
-        fraction = handed_over(parameters.rate, inputs.dt)
+        fraction = -math.expm1(-parameters.rate * inputs.dt)
         learn_in_place(state.weights, state.features, parameters.scale, left, fraction, 0.5 * inertia, 2.0 * inertia)
     advance_features_in_place(parameters, state, inputs)
     torque = present_inertia(inputs, state.weights[INERTIA]) * state.features[INERTIA]

@@ -44,11 +44,6 @@ def model_in_row(rows: NDArray[np.float64], row: int) -> TorqueModel:
     )
 
 
-def behind_lag(lag: float, last: float, reference: float, duration: float) -> float:
-    """Return the reference (rad/s) behind a lag (s) after a period (s); ``last`` is the value before."""
-    return last + (reference - last) * duration / (duration + lag)
-
-
 def step_model_based(
     parameters: "ModelBased", state: ModelBasedState, inputs: Inputs
 ) -> tuple[Output, ModelBasedState]:
@@ -63,7 +58,9 @@ def step_model_based(
         time = state.time + inputs.dt
         position = state.position + 0.5 * inputs.dt * (state.feedforward.reference + inputs.reference)
         if parameters.velocity_lag > 0.0:
-            lagged = behind_lag(parameters.velocity_lag, state.lagged, inputs.reference, inputs.dt)
+            lagged = state.lagged + (inputs.reference - state.lagged) * inputs.dt / (
+                inputs.dt + parameters.velocity_lag
+            )
     delay, period, gravity, ripple = parameters.feedback.delay, parameters.period, parameters.gravity, parameters.ripple
     acting = time + delay * period
     model, turned = parameters.model, parameters.turned

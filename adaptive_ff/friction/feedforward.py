@@ -115,39 +115,6 @@ def lagged_ramp(friction: float, first: float, last: float, lag: float, duration
     return integral, last + (friction - first) * (1.0 - settled) - rate * lag * settled
 
 
-def one_way_friction(
-    model: TorqueModel, friction: float, start: float, end: float, duration: float, turned: float = 0.0
-) -> tuple[float, float]:
-    """Let the lagged friction follow a motion that does not reverse.
-
-    Parameters
-    ----------
-    model : TorqueModel
-        The joint.
-    friction : float
-        Friction torque at the start, without the offset, N m.
-    start, end : float
-        Velocity at the start and the end, rad/s, not of opposite signs.
-    duration : float
-        Duration, s.
-    turned : float, optional
-        Speed up to which friction of the other direction is held, rad/s.
-
-    Returns
-    -------
-    integral : float
-        Integral of the friction torque, N m s.
-    friction : float
-        Friction torque at the end, N m.
-    """
-    direction = start + end
-    if direction == 0.0 or (friction * direction < 0.0 and max(abs(start), abs(end)) < turned):
-        return resting_friction(model, friction, duration)
-    first = directed_friction(model, abs(start), direction)
-    last = directed_friction(model, abs(end), direction)
-    return lagged_ramp(friction, first, last, model.friction_lag, duration)
-
-
 def bent_friction(model: TorqueModel, slip: float, adhesion: float, velocity: float, direction: float) -> float:
     """Return the friction behind the lag over the path, with the micro-damping, N m."""
     ratio = velocity / model.stribeck_velocity
@@ -195,13 +162,19 @@ def friction_along(
     duration: float,
     turned: float = 0.0,
 ) -> tuple[float, float, float, float]:
-    """Let friction, bent parts too, follow a motion that does not reverse; return its integral, it, and the parts."""
-    direction = start + end
-    if model.presliding <= 0.0:
-        integral, friction = one_way_friction(model, friction, start, end, duration, turned)
-        return integral, friction, slip, adhesion
-    if direction == 0.0 or duration <= 0.0:
+    """Let friction, bent parts too, follow a motion that does not reverse; return its integral, it, and the parts.
+
+    Friction of the other direction is held up to the speed ``turned`` (rad/s) by a model without presliding.
+    """
+    direction, bends = start + end, model.presliding > 0.0
+    held = friction * direction < 0.0 and max(abs(start), abs(end)) < turned and not bends
+    if direction == 0.0 or held or (bends and duration <= 0.0):
         integral, friction = resting_friction(model, friction, duration)
+        return integral, friction, slip, adhesion
+    if not bends:
+        first = directed_friction(model, abs(start), direction)
+        last = directed_friction(model, abs(end), direction)
+        integral, friction = lagged_ramp(friction, first, last, model.friction_lag, duration)
         return integral, friction, slip, adhesion
     sign, segment, total = math.copysign(1.0, direction), duration / SEGMENTS, 0.0
     static = bent_friction(model, slip, adhesion, start, sign)

@@ -34,25 +34,15 @@ FILTER_MEMORY = 6.0
 
 @dataclass(frozen=True, eq=False)
 class Identification:
-    """A joint identified from a record.
+    """A joint identified from a record."""
 
-    Attributes
-    ----------
-    regression : LeastSquaresFit
-        The fit behind it.
-    physical : dict of Estimate
-        Inertia (kg m^2), Coulomb friction, stiction (N m), viscous coefficient (N m s/rad), friction lag (s), and what
-        else was asked for, by the names of ``TorqueModel``, with confidence intervals.
-    model : TorqueModel
-        The same with the given Stribeck velocity and shape; nothing is confined to what is physically possible.
-    used : ndarray of bool, shape (n,)
-        Samples whose equation took part.
-    """
-
-    regression: LeastSquaresFit
+    regression: LeastSquaresFit  # the fit behind it
+    # inertia (kg m^2), Coulomb friction, stiction (N m), viscous coefficient (N m s/rad), friction lag (s), and what
+    # else was asked for, by the names of ``TorqueModel``, with confidence intervals
     physical: dict[str, Estimate]
+    # the same with the given Stribeck velocity and shape; nothing is confined to what is physically possible
     model: TorqueModel
-    used: Mask
+    used: Mask  # shape (n,); samples whose equation took part
 
 
 def identify_series(

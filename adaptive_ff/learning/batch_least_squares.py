@@ -30,30 +30,14 @@ class Estimate(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class LeastSquaresFit:
-    """Result of a batch least-squares fit.
+    """Result of a batch least-squares fit."""
 
-    Attributes
-    ----------
-    names : tuple of str
-        Names of the parameters, in the order of the columns.
-    values : ndarray, shape (n,)
-        Estimated parameters.
-    covariance : ndarray, shape (n, n)
-        Their covariance.
-    residuals : ndarray, shape (m,)
-        Output minus prediction, of the data rows.
-    condition_number : float
-        Ratio of the largest to the smallest singular value of the scaled regressors.
-    confidence : float
-        Probability that the intervals are meant to have.
-    """
-
-    names: tuple[str, ...]
-    values: Array
-    covariance: Array
-    residuals: Array
-    condition_number: float
-    confidence: float
+    names: tuple[str, ...]  # names of the parameters, in the order of the columns
+    values: Array  # shape (n,); estimated parameters
+    covariance: Array  # shape (n, n); their covariance
+    residuals: Array  # shape (m,); output minus prediction, of the data rows
+    condition_number: float  # ratio of the largest to the smallest singular value of the scaled regressors
+    confidence: float  # probability that the intervals are meant to have
 
     @property
     def degrees_of_freedom(self) -> int:

@@ -65,27 +65,6 @@ def begin_anew_in_place(state: RLSState, variance: float) -> bool:
     return True
 
 
-def write_projection(
-    estimate: NDArray[np.float64],
-    covariance: NDArray[np.float64],
-    regressors: NDArray[np.float64],
-    output: float,
-    forgetting_factor: float,
-    projected: NDArray[np.float64],
-) -> tuple[float, float]:
-    """Write ``R(k-1) X(k)``; return the prediction error ``e(k)`` and the denominator of (12)."""
-    error = output
-    denominator = forgetting_factor
-    for i in range(estimate.size):
-        total = 0.0
-        for j in range(estimate.size):
-            total += covariance[i, j] * regressors[j]
-        projected[i] = total
-        error -= regressors[i] * estimate[i]
-        denominator += regressors[i] * total
-    return error, denominator
-
-
 def update_rls_in_place(
     state: RLSState, regressors: NDArray[np.float64], output: float, forgetting_factor: float
 ) -> float:
@@ -108,7 +87,14 @@ def update_rls_in_place(
         The prediction error before the update, ``e(k)``.
     """
     estimate, covariance, projected = state.estimate, state.covariance, state.gain
-    error, denominator = write_projection(estimate, covariance, regressors, output, forgetting_factor, projected)
+    error, denominator = output, forgetting_factor
+    for i in range(estimate.size):
+        total = 0.0
+        for j in range(estimate.size):
+            total += covariance[i, j] * regressors[j]
+        projected[i] = total  # R(k-1) X(k)
+        error -= regressors[i] * estimate[i]
+        denominator += regressors[i] * total
     for i in range(estimate.size):
         gain = projected[i] / denominator  # gamma, (12)
         estimate[i] += gain * error  # (11)

@@ -45,33 +45,21 @@ FARTHEST = 5.0
 
 @dataclass(frozen=True, eq=False)
 class StribeckFit:
-    """A fitted Stribeck curve.
+    """A fitted Stribeck curve."""
 
-    Attributes
-    ----------
-    estimates : dict of Estimate
-        ``coulomb``, ``stiction`` (N m), ``viscous`` (N m s/rad), ``stribeck_velocity`` (rad/s), ``stribeck_shape`` and,
-        where both directions were given, ``offset`` (N m), with their intervals. An interval ends at zero or
-        infinity where the points set no bound.
-    covariance : ndarray, shape (n, n)
-        Covariance of the estimates in that order, to first order; infinite where the points do not determine them.
-    residuals : ndarray, shape (points,)
-        Measured minus fitted torque, N m.
-    scatter : float
-        Root of the weighted mean square of the residuals per degree of freedom: near one where standard errors and
-        curve are right; in N m where none were given. The intervals take it into account.
-    confidence : float
-        Probability that the intervals are meant to have.
-    determined : bool
-        Whether the points identify Vs and delta, and Coulomb friction from zero.
-    """
-
+    # ``coulomb``, ``stiction`` (N m), ``viscous`` (N m s/rad), ``stribeck_velocity`` (rad/s), ``stribeck_shape`` and,
+    # where both directions were given, ``offset`` (N m), with their intervals. An interval ends at zero or infinity
+    # where the points set no bound
     estimates: dict[str, Estimate]
+    # shape (n, n); covariance of the estimates in that order, to first order; infinite where the points do not
+    # determine them
     covariance: Array
-    residuals: Array
+    residuals: Array  # shape (points,); measured minus fitted torque, N m
+    # root of the weighted mean square of the residuals per degree of freedom: near one where standard errors and curve
+    # are right; in N m where none were given. The intervals take it into account
     scatter: float
-    confidence: float
-    determined: bool
+    confidence: float  # probability that the intervals are meant to have
+    determined: bool  # whether the points identify Vs and delta, and Coulomb friction from zero
 
     @property
     def stribeck_velocity(self) -> float:

@@ -23,27 +23,14 @@ SMALLEST_TREND = 5
 
 @dataclass(frozen=True, eq=False)
 class SupportPoints:
-    """Averaged points of a friction curve.
+    """Averaged points of a friction curve."""
 
-    Attributes
-    ----------
-    velocity : ndarray, shape (n,)
-        Mean velocity, rad/s, ascending; its sign is the direction.
-    torque : ndarray, shape (n,)
-        Mean torque of the drive, N m.
-    spread : ndarray, shape (n,)
-        Standard deviation of the torque readings, N m.
-    count : ndarray of int64, shape (n,)
-        Number of readings.
-    standard_error : ndarray, shape (n,)
-        Standard error of the mean torque, N m; from the spread of the point and that of its neighbours, see
-        :func:`support_points`.
-    """
-
-    velocity: Array
-    torque: Array
-    spread: Array
-    count: NDArray[np.int64]
+    velocity: Array  # shape (n,); mean velocity, rad/s, ascending; its sign is the direction
+    torque: Array  # shape (n,); mean torque of the drive, N m
+    spread: Array  # shape (n,); standard deviation of the torque readings, N m
+    count: NDArray[np.int64]  # shape (n,); number of readings
+    # shape (n,); standard error of the mean torque, N m; from the spread of the point and that of its neighbours, see
+    # :func:`support_points`
     standard_error: Array
 
 

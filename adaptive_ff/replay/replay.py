@@ -64,37 +64,19 @@ class Series(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Replay(Reported):
-    """A log replayed.
-
-    Attributes
-    ----------
-    data : Prepared
-        The log as it was replayed: cleaned, in the band in which is judged, with what was not used of it.
-    linear, is_current
-        Whether it is a linear axis, and whether its torque is a current.
-    settings, notes
-        What was assumed, and what is to be known of the figures.
-    fixed : LogIdentification or None
-        The fixed model: the first half of the log identified.
-    left : dict of Left
-        Torque left by feedforward.
-    series : Series
-        Torques and estimates over time.
-    state : str
-        State at the end, for the next log.
-    """
+    """A log replayed."""
 
     _drawn_by = "plot_replay"
 
-    data: Prepared
-    linear: bool
-    is_current: bool
-    settings: dict[str, Any]
-    notes: list[str]
-    fixed: LogIdentification | None
-    left: dict[str, Left]
-    series: Series
-    state: str
+    data: Prepared  # the log as it was replayed: cleaned, in the band in which is judged, with what was not used of it
+    linear: bool  # whether it is of a linear axis
+    is_current: bool  # whether its torque is a current
+    settings: dict[str, Any]  # what was assumed
+    notes: list[str]  # what is to be known of the figures
+    fixed: LogIdentification | None  # the fixed model: the first half of the log identified
+    left: dict[str, Left]  # torque left by feedforward
+    series: Series  # torques and estimates over time
+    state: str  # state at the end, for the next log
 
     @property
     def units(self) -> dict[str, str]:
