@@ -143,20 +143,12 @@ def write_json(path: Path, content: Mapping[str, Any]) -> None:
         The file cannot be written.
     """
     text = json.dumps(content, indent=2, allow_nan=False) + "\n"
-    if os.path.isdir(path):
-        raise InputError(f"{path}: cannot be written: it is a folder")
     with staged(path.parent, path) as stage:
         (stage / path.name).write_text(text, encoding="utf-8")
 
 
 def write_result(path: Path, content: Mapping[str, Any]) -> None:
-    """Write the result of a command as a JSON file, with the version of the package that found it.
-
-    Raises
-    ------
-    InputError
-        The file cannot be written.
-    """
+    """Write the result of a command as :func:`write_json` does, with the version of the package that found it."""
     write_json(path, {"version": __version__, **content})
 
 

@@ -13,7 +13,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from io import TextIOWrapper
 from types import FrameType
-from typing import Annotated, TextIO
+from typing import Annotated, Any
 
 import typer
 
@@ -171,13 +171,5 @@ def _refuse(message: str) -> int:
     return BAD_INPUT
 
 
-def _show_warning(
-    message: Warning | str,
-    category: type[Warning],
-    filename: str,
-    lineno: int,
-    file: TextIO | None = None,
-    line: str | None = None,
-) -> None:
-    del category, filename, lineno, file, line
+def _show_warning(message: Warning | str, *_: Any) -> None:
     print(f"adaptive-ff: warning: {printable(' '.join(str(message).split()))}", file=sys.stderr)
