@@ -11,7 +11,7 @@ stands beside the paper's friction and is zero where the joint is symmetric. The
 """
 
 import math
-from typing import Any, NamedTuple, Self
+from typing import Any, NamedTuple
 
 from controllers.checks import check_numbers
 
@@ -61,51 +61,6 @@ class TorqueModel(NamedTuple):
     viscous_asymmetry: float = 0.0
     presliding: float = 0.0
     micro_damping: float = 0.0
-
-    @classmethod
-    def from_directions(
-        cls,
-        inertia: float,
-        coulomb: tuple[float, float],
-        stiction: tuple[float, float],
-        viscous: tuple[float, float],
-        friction_lag: float,
-        stribeck_velocity: float,
-        stribeck_shape: float,
-        load: float = 0.0,
-    ) -> Self:
-        """Return the model of a joint whose friction is given for each direction.
-
-        Parameters
-        ----------
-        inertia : float
-            Inertia, kg m^2.
-        coulomb, stiction, viscous : tuple of float
-            Coulomb friction and stiction (N m) and viscous coefficient (N m s/rad), all positive: for positive and for
-            negative velocity.
-        friction_lag : float
-            Friction lag, s.
-        stribeck_velocity, stribeck_shape : float
-            Stribeck velocity (rad/s) and shape factor, the same in both directions.
-        load : float, optional
-            Constant torque that the drive has to hold beside friction, N m.
-        """
-        (slip, slip_half), (adhesion, adhesion_half), (slope, slope_half) = (
-            (0.5 * (forward + backward), 0.5 * (forward - backward))
-            for forward, backward in (coulomb, stiction, viscous)
-        )
-        return cls(
-            inertia,
-            slip,
-            adhesion,
-            slope,
-            friction_lag,
-            stribeck_velocity,
-            stribeck_shape,
-            load + slip_half,
-            adhesion_half - slip_half,
-            slope_half,
-        )
 
 
 POSITIVE = ("stribeck_velocity", "stribeck_shape")

@@ -29,20 +29,19 @@ def true_model(scenario: Scenario, factor: float = 1.0, change: JointChange = UN
     """Return the true parameters of a scenario's joint as a model, by default those before it changes.
 
     The model has no bristles and no spring: of a LuGre joint it has the static curve, of an elastic one the whole
-    inertia. It has no gravity either. All friction has the factor.
+    inertia. It has no gravity either. All friction has the factor. What differs by direction is halved.
     """
     joint, backward = scenario.joint, scenario.joint.friction_backward
     carried = getattr(joint, "link_share", 1.0) * joint.inertia  # a payload is beyond the spring
-    dry, viscous = factor * change.dry, factor * change.viscous
-    return TorqueModel.from_directions(
+    scales = {"coulomb": change.dry, "stiction": change.dry, "viscous": change.viscous}
+    pairs = [[factor * scale * getattr(one, name) for one in (joint, backward)] for name, scale in scales.items()]
+    coulomb, stiction, viscous = (0.5 * (one + other) for one, other in pairs)
+    slip, adhesion, slope = (0.5 * (one - other) for one, other in pairs)
+    return TorqueModel(
         joint.inertia - carried + carried * change.inertia,
-        (dry * joint.coulomb, dry * backward.coulomb),
-        (dry * joint.stiction, dry * backward.stiction),
-        (viscous * joint.viscous, viscous * backward.viscous),
-        getattr(joint, "friction_lag", 0.0) * change.lag,
-        joint.stribeck_velocity,
-        joint.stribeck_shape,
-        joint.offset + change.load,
+        *(coulomb, stiction, viscous, getattr(joint, "friction_lag", 0.0) * change.lag),
+        *(joint.stribeck_velocity, joint.stribeck_shape),
+        *(joint.offset + change.load + slip, adhesion - slip, slope),
     )
 
 

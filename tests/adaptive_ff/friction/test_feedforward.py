@@ -156,7 +156,15 @@ def test_friction_of_the_model_is_that_of_the_plant(friction, speed):
 FORWARD = MODEL._replace(coulomb=70.0, stiction=105.0, viscous=95.0)
 BACKWARD = MODEL._replace(coulomb=50.0, stiction=60.0, viscous=60.0)
 LOAD = -25.0
-UNEQUAL = TorqueModel.from_directions(20.0, (70.0, 50.0), (105.0, 60.0), (95.0, 60.0), 0.02, 0.05, 1.0, LOAD)
+ENDS = {"": FORWARD, "_backward": BACKWARD}
+UNEQUAL = true_model(
+    SCENARIO.modified(
+        joint={
+            "offset": LOAD,
+            **{f"{name}{end}": getattr(one, name) for end, one in ENDS.items() for name in MODEL._fields[1:4]},
+        }
+    )
+)
 
 
 def unequal_friction(velocity, direction):
@@ -165,7 +173,7 @@ def unequal_friction(velocity, direction):
 
 
 @pytest.mark.parametrize("speed", [0.0, 1e-4, 0.03, 0.4])
-def test_model_from_directions_has_the_friction_of_each(speed):
+def test_true_model_of_a_joint_has_the_friction_of_each_direction(speed):
     for direction in (1.0, -1.0):
         found = directed_friction(UNEQUAL, speed, direction) + UNEQUAL.offset
         assert found == pytest.approx(unequal_friction(speed, direction), rel=1e-12)
@@ -175,8 +183,8 @@ def test_model_from_directions_has_the_friction_of_each(speed):
 
 def test_coulomb_friction_that_differs_by_direction_is_an_offset_of_the_model():
     assert UNEQUAL.offset == LOAD + 10.0
-    same = TorqueModel.from_directions(*MODEL[:1], *((value, value) for value in MODEL[1:4]), *MODEL[4:7])
-    assert same == MODEL
+    same = {f"{name}_backward": getattr(MODEL, name) for name in MODEL._fields[1:4]}
+    assert true_model(SCENARIO.modified(joint=same)) == MODEL
 
 
 @pytest.mark.parametrize(("start", "end"), PIECES)
