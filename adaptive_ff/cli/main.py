@@ -171,5 +171,5 @@ def _refuse(message: str) -> int:
     return BAD_INPUT
 
 
-def _show_warning(message: Warning | str, *_: Any) -> None:
+def _show_warning(message: Warning | str, *_: Any, **__: Any) -> None:
     print(f"adaptive-ff: warning: {printable(' '.join(str(message).split()))}", file=sys.stderr)
