@@ -63,7 +63,7 @@ class Expressions:
         self.statement: ast.stmt = kernel.tree  # the one that is read
         self.writes = 0  # how often arrays are changed in place so far
         self.conditional = 0  # how many expressions are open of which C may leave out a part
-        names = [node for node in ast.walk(kernel.tree) if isinstance(node, ast.Name)]
+        names = [node for node in kernel.nodes if isinstance(node, ast.Name)]
         self.uses = Counter(node.id for node in names)
         self.stores = Counter(node.id for node in names if isinstance(node.ctx, ast.Store))
         arguments = kernel.tree.args

@@ -3,8 +3,8 @@
 import inspect
 import re
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 from controllers.kernels.comments import WIDTH, comment_lines, described, summary, wrapped_code
 from controllers.kernels.literals import Precision, c_name
@@ -23,11 +23,9 @@ RANKS |= {"&&": 4, "||": 3}
 """How tightly operators of C bind."""
 
 
-@dataclass(frozen=True)
-class Struct:
-    """A struct of C: its type, its name, and its definition."""
+class Struct(NamedTuple):
+    """A struct of C: its name and its definition."""
 
-    type: Type
     name: str
     text: str
 
@@ -68,7 +66,7 @@ class Printer:
                 name += "_"
             text = self._struct_text(kind, name)
             self._names.add(name)
-            self.structs[kind] = Struct(kind, name, text)
+            self.structs[kind] = Struct(name, text)
         return self.structs[kind]
 
     def note(self, kind: Type) -> None:

@@ -13,7 +13,7 @@ import tokenize
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum
-from functools import cache
+from functools import cache, cached_property
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -45,6 +45,11 @@ class Kernel:
     def name(self) -> str:
         """Name of the function."""
         return self.tree.name
+
+    @cached_property
+    def nodes(self) -> list[ast.AST]:
+        """All nodes of its syntax."""
+        return list(ast.walk(self.tree))
 
     @property
     def comments(self) -> dict[int, tuple[str, bool]]:

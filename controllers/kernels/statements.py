@@ -31,7 +31,7 @@ class Statements(Expressions):
         # those around this place, innermost last: variables that have a value where each goes on, and breaks off
         self.loops: list[tuple[list[set[str]], list[set[str]]]] = []
         self.declared: dict[str, Variable] = {}
-        self.counters = Counter(ast.unparse(node.target) for node in ast.walk(tree) if isinstance(node, ast.For))
+        self.counters = Counter(ast.unparse(node.target) for node in self.kernel.nodes if isinstance(node, ast.For))
         self.comments = dict(self.kernel.comments) if self.unit.fixed else {}  # those that are not written yet
         given_all = zip([*arguments.args, *arguments.kwonlyargs], kinds, constants, strict=True)
         taken = [self._argument(argument.arg, kind, known) for argument, kind, known in given_all]
@@ -381,7 +381,7 @@ class Statements(Expressions):
         documented = list(section(self.kernel.function, "Returns"))
         if len(documented) == len(values) and all(name.isidentifier() for name in documented):
             return [c_name(name) for name in documented]
-        returned = [node.value for node in ast.walk(self.kernel.tree) if isinstance(node, ast.Return)]
+        returned = [node.value for node in self.kernel.nodes if isinstance(node, ast.Return)]
         names: list[str] = []
         for place, value in enumerate(values):
             items = [node.elts[place] for node in returned if isinstance(node, ast.Tuple) and place < len(node.elts)]

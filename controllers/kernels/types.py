@@ -2,7 +2,7 @@
 
 import math
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 from typing import Any
 
 import numpy as np
@@ -137,6 +137,7 @@ def _refused(value: Any, where: str) -> str:
     return f"{given} is not allowed in kernels: they take numbers, {allowed}"
 
 
+@cache
 def members(kind: Type) -> int:
     """Return how many scalars and pointers a value of a type holds."""
     if isinstance(kind, Record):

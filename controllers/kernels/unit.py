@@ -33,6 +33,7 @@ class Unit(Printer):
         self.constants: dict[str, Constant] = {}
         self.files: set[Path] = set()
         self.meanings: dict[tuple[str, str], str] = {}
+        self._origins: dict[str, Callable[..., Any]] = {}  # what each name in C stands for
         self._pending: list[Callable[..., Any]] = []
 
     def function(
@@ -64,14 +65,14 @@ class Unit(Printer):
         return made
 
     def _function_name(self, function: Callable[..., Any]) -> str:
-        taken = {made.name: origin for (origin, _, _), made in self.functions.items()}
         name = function_name(function.__name__)
-        if name in taken and taken[name] is not function:
+        if self._origins.get(name, function) is not function:
             name = f"{function.__module__.rpartition('.')[2]}_{name}"
         count, base = 1, name
-        while name in taken:
+        while name in self._origins:
             count += 1
             name = f"{base}_{count}"
+        self._origins[name] = function
         return name
 
     def resolved(self, kernel: Kernel, node: ast.expr) -> Any:

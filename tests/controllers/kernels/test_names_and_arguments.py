@@ -170,3 +170,9 @@ def test_relative_imports_of_constants_are_followed(tmp_path, monkeypatch):
     (package / "kernels.py").write_text("from .levels import LEVEL\n\ndef kernel(x):\n    return LEVEL * x\n")
     kernel = from_text("from small_package.kernels import kernel\n", tmp_path, monkeypatch)
     assert kernel(2.0) == 5.0
+
+
+def test_a_kernel_may_call_one_of_the_same_name_in_another_module(tmp_path, monkeypatch):
+    (tmp_path / "same_names.py").write_text("def kernel(x):\n    return 3.0 * x\n")
+    text = "import same_names\n\ndef kernel(x):\n    return 1.0 + same_names.kernel(x)\n"
+    assert from_text(text, tmp_path, monkeypatch)(2.0) == 7.0
