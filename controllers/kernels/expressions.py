@@ -420,7 +420,7 @@ class Expressions:
         integers = all(value.type == INTEGER for value in values)
         if integers and name in ("floor", "ceil"):
             return values[0]
-        if integers and name == "fabs":  # of the least one, itself
+        if name == "absolute" and integers:  # of the least one, itself
             return Node("call", INTEGER, (values[0],), "absolute_integer")
         if name in ("larger", "smaller"):  # of equal ones, or beside no number, the first
             chosen, *others = values if integers else [self.as_real(node, value) for value in values]
@@ -430,7 +430,7 @@ class Expressions:
         reals = tuple(self.as_real(node, value) for value in values)
         if name in ("isfinite", "isnan"):
             return Node("call", BOOLEAN, reals, name)
-        found = reals[0] if name == "real" else Node("math", REAL, reals, name)
+        found = reals[0] if name == "real" else Node("math", REAL, reals, "fabs" if name == "absolute" else name)
         return self._integer(node, found) if name in ("floor", "ceil") else found
 
     def _integer(self, node: ast.Call, value: Node) -> Node:
@@ -539,7 +539,7 @@ OPERATIONS: dict[Any, tuple[str, int | None]] = {
     **{getattr(math, name): (name, 1) for name in MATHEMATICS.split()},
     **{getattr(math, name): (name, 2) for name in ("pow", "atan2", "copysign")},
     **{getattr(np, name): (name, 1) for name in ("isfinite", "isnan")},
-    **{abs: ("fabs", 1), max: ("larger", None), min: ("smaller", None)},
+    **{abs: ("absolute", 1), max: ("larger", None), min: ("smaller", None)},
     **{int: ("integer", 1), float: ("real", 1), natural: ("natural", 1), call: ("by address", 4)},
 }
 """What kernels call beside each other, and how many arguments it takes, if not several."""

@@ -11,6 +11,7 @@ import os
 import sys
 import tokenize
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 from enum import Enum
 from functools import cache, cached_property
@@ -174,22 +175,17 @@ def _assigned(node: ast.stmt) -> set[str]:
     return {leaf.id for target in targets for leaf in ast.walk(target) if isinstance(leaf, ast.Name)}
 
 
-def _imported_from(module: str, node: ast.ImportFrom, name: str) -> tuple[str, str]:
-    package = importlib.import_module(module).__package__
-    home = importlib.util.resolve_name("." * node.level + (node.module or ""), package)
-    try:
-        return _definition(home, name)
-    except (OSError, TypeError):  # a module of C, as math is
-        return module, name
-
-
 @cache
 def _definition(module: str, name: str) -> tuple[str, str]:
+    """Return the module that defines a name, and its name there."""
     for node in module_tree(module).body:
         if name in _assigned(node):
             return module, name
         if isinstance(node, ast.ImportFrom):
+            home = "." * node.level + (node.module or "")
             for alias in node.names:
                 if name == (alias.asname or alias.name):
-                    return _imported_from(module, node, alias.name)
+                    package = sys.modules[module].__package__
+                    with suppress(OSError, TypeError):  # a module of C, as math is
+                        return _definition(importlib.util.resolve_name(home, package), alias.name)
     return module, name

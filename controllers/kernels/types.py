@@ -112,7 +112,7 @@ def type_of(value: Any, where: str = "", *, sizes: bool = False, values: bool = 
     if isinstance(value, np.ndarray) and value.ndim and value.dtype in ELEMENTS:
         if value.flags.c_contiguous and value.flags.aligned:
             return Array(ELEMENTS[value.dtype], value.shape if sizes else (None,) * value.ndim)
-    elif hasattr(value, "_fields") and not makes_itself(type(value)):
+    elif isinstance(value, tuple) and hasattr(value, "_fields") and not makes_itself(type(value)):
         places = [(name, f"{where}.{name}" if where else name) for name in value._fields]
         items = zip(places, value, strict=True)
         fields = ((name, type_of(item, place, sizes=sizes, values=values)) for (name, place), item in items)
@@ -126,11 +126,11 @@ def type_of(value: Any, where: str = "", *, sizes: bool = False, values: bool = 
 
 def _refused(value: Any, where: str) -> str:
     given = f"{where}: {value!r}" if where else repr(value)
-    if isinstance(value, int):
+    if isinstance(value, int | np.integer):
         return f"{given} is beyond the 64 bits that integers have in kernels; give a real number"
     if isinstance(value, np.ndarray) and value.ndim == 0:
         return f"{given} is an array without dimensions, which kernels do not take; give the number"
-    if hasattr(value, "_fields"):
+    if isinstance(value, tuple) and hasattr(value, "_fields"):
         return f"{given} is of a class with a __new__ of its own; kernels take plain named tuples"
     allowed = "contiguous arrays of float64, int64 or bool, named tuples, and tuples of values of one type"
     given = f"{where} = {value!r}" if where else repr(value)

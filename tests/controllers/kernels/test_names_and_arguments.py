@@ -27,6 +27,7 @@ def both(text, arguments, tmp_path, monkeypatch):
         ("def kernel(a, b):\n    return a < b, a > b, a <= b, a >= b\n", (True, False)),
         ("def kernel(a, b):\n    return a < b, a > b, a <= b, a >= b\n", (False, True)),
         ("import math\ndef kernel(n):\n    return math.floor(n), math.ceil(n)\n", (2**53 + 1,)),
+        ("import math\ndef kernel(n):\n    return math.fabs(n), abs(n)\n", (-(2**53) - 1,)),
         ("def kernel(n, m):\n    return n % m\n", (LEAST, -1)),
         (
             "def kernel(row, a, b):\n    s, e = 0.0, (a, b)\n"
