@@ -190,7 +190,7 @@ class LogIdentification(Reported):
             "confidence": self.confidence,
             "verdict": self.grade,
             "given": self.given,
-            "identified": list(self.best.values),
+            "identified": self.identified,
             "unidentified": self.unidentified,
             "vague": self.vague,
             "narrowed_by": {name: {"motion": kind, "times": by} for name, (kind, by) in self.narrowed_by.items()},

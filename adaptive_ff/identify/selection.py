@@ -6,6 +6,7 @@ models that were tried.
 
 import math
 from collections.abc import Iterator
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
@@ -91,15 +92,16 @@ def refinements(data: Prepared, model: Model) -> Iterator[tuple[str, Model]]:
 
 def tried(data: Prepared, model: Model) -> dict[str, tuple[Model, Array]]:
     """Return the best model of each kind of refinement, with the errors of its folds."""
-    cache: dict[tuple[str, Shape], Array] = {}
     best: dict[str, tuple[Model, Array]] = {}
+
+    @cache  # most columns are those of many models
+    def column(name: str, shape: Shape) -> Array:
+        return np.asarray(data.columns((name,), shape)[:, 0])
+
     for kind, one in refinements(data, model):
         shapes = model.shape, one.shape._replace(load=()), one.shape
-        keys = [(name, shapes[is_friction(name) + (name == "load_friction")]) for name in one.names]
-        for name, shape in keys:
-            if (name, shape) not in cache:
-                cache[name, shape] = data.columns((name,), shape)[:, 0]
-        errors = left_out_errors(data.sums(one.names, np.column_stack([cache[key] for key in keys])))
+        columns = [column(name, shapes[is_friction(name) + (name == "load_friction")]) for name in one.names]
+        errors = left_out_errors(data.sums(one.names, np.column_stack(columns)))
         if kind not in best or np.mean(errors) < np.mean(best[kind][1]):
             best[kind] = one, errors
     return best
