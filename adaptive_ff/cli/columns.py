@@ -121,16 +121,15 @@ def warn_of_units(
 
     ``named`` and ``columns`` hold the columns by role, with their unit and without.
     """
-    from adaptive_ff.logs.columns import foreign_unit, unit_of_other_axis
+    from adaptive_ff.logs.columns import foreign_unit
 
     taken = "linear" if linear else "rotary"
     for role, column in columns.items():
-        name, series = named[role], role.rpartition("_")[2]
-        unit, said = foreign_unit(name, series, linear=linear), ""
-        if other := unit_of_other_axis(name, series, linear=linear):
+        unit = foreign_unit(named[role], role.rpartition("_")[2], linear=linear)
+        if unit is None or column in scales:
+            continue
+        said = f"{unit.name}, but is taken as {unit.taken}: give --scale {shlex.quote(f'{column}={unit.factor}')}"
+        if not unit.factor:
             axis = "--linear, or axis = 'linear' in a scenario, is for axes in m and N"
-            said = f"{other}, but the axis is taken as {taken}; {axis}"
-        elif unit is not None:
-            said = f"{unit.name}, but is taken as {unit.taken}: give --scale {shlex.quote(f'{column}={unit.factor}')}"
-        if said and column not in scales:
-            warnings.warn(f"the column {column} seems to be in {said}", stacklevel=2)
+            said = f"{unit.name}, but the axis is taken as {taken}; {axis}"
+        warnings.warn(f"the column {column} seems to be in {said}", stacklevel=2)

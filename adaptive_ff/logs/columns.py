@@ -80,7 +80,10 @@ CURRENT = re.compile(r"current|amp(ere)?s?|(^|_)i_?q(_|$)|_a$|[\[(]a([ _.]?(rms|
 
 
 class Unit(NamedTuple):
-    """A unit that a column is in instead of the one that is taken, in words, and the factor between them."""
+    """A unit that a column is in instead of the one that is taken, in words, and the factor between them.
+
+    The factor is empty for a unit that only the other kind of axis, linear or rotary, has.
+    """
 
     name: str
     taken: str
@@ -119,21 +122,15 @@ def foreign_unit(column: str, role: str, *, linear: bool) -> Unit | None:
 
     The role is ``time``, ``position``, ``velocity`` or that of a torque.
     """
-    role = role if role in TAKEN else "torque"
-    for of_role, axes, name, factor, written in UNITS:
-        if of_role == role and linear in axes and re.search(BEFORE + rf"(?:{written})[\])}}]?$", _plain(column)):
-            return Unit(name, "A" if name == MILLIAMPERES else TAKEN[role][linear], factor)
-    return None
-
-
-def unit_of_other_axis(column: str, role: str, *, linear: bool) -> str | None:
-    """Return the unit that the name of a column says where only the other kind of axis, linear or rotary, has it."""
-    unit = foreign_unit(column, role, linear=not linear)
-    if unit is not None:
-        return None if foreign_unit(column, role, linear=linear) else unit.name
-    own = OWN[role][not linear] if role in OWN else "(?!)"
-    found = re.search(rf"[\[(]({own})[\])]$", PLACE.sub("", column.strip()).strip(), re.IGNORECASE)
-    return found[1] if found else None
+    known, plain = role if role in TAKEN else "torque", _bare(column)
+    for axis in (linear, not linear):
+        for of_role, axes, name, factor, written in UNITS:
+            ending = BEFORE + rf"(?:{written})[\])}}]?$"
+            if of_role == known and axis in axes and re.search(ending, plain.casefold()):
+                taken = "A" if name == MILLIAMPERES else TAKEN[known][linear]
+                return Unit(name, taken, factor if axis == linear else "")
+    own = re.search(rf"[\[(]({OWN[role][not linear]})[\])]$", plain, re.IGNORECASE) if role in OWN else None
+    return Unit(own[1], TAKEN[known][linear], "") if own else None
 
 
 def is_current(column: str, factor: float | None = None) -> bool:
@@ -142,9 +139,9 @@ def is_current(column: str, factor: float | None = None) -> bool:
     A factor that turns milliamperes into amperes, or the sign, makes none.
     """
     unit = foreign_unit(column, "torque", linear=False)
-    is_milli = unit is not None and unit.name == MILLIAMPERES
-    amperes = 1e-3 if is_milli else 1.0
-    return (is_milli or bool(CURRENT.search(_plain(column)))) and (factor is None or abs(factor) == amperes)
+    amperes = 1e-3 if unit is not None and unit.name == MILLIAMPERES else 1.0
+    named = amperes == 1e-3 or bool(CURRENT.search(_bare(column).casefold()))
+    return named and (factor is None or abs(factor) == amperes)
 
 
 def in_degrees(log: Log, speed: float, *, linear: bool) -> list[str]:
@@ -154,21 +151,22 @@ def in_degrees(log: Log, speed: float, *, linear: bool) -> list[str]:
     """
     if linear or speed <= FASTEST_JOINT:
         return []
-    column, said, other = log.columns.get(log.moving, ""), None, None
-    if column not in log.factors:
-        said = foreign_unit(column, log.moving, linear=False)
-        other = unit_of_other_axis(column, log.moving, linear=False)
-    unit, factors = "degrees", ["pi/180"]
-    if said is not None:
-        unit, factors = said.name, [said.factor]
+    column = log.columns.get(log.moving, "")
+    unit = None if column in log.factors else foreign_unit(column, log.moving, linear=False)
+    if unit is not None:
+        name, factors = unit.name, [unit.factor]
     elif log.position is None:
-        unit, factors = "degrees, or in revolutions per minute", ["pi/180", "pi/30"]
-    advice = f"the axis is linear, and {other} are none of a rotary one" if other else log.scaling("motion", *factors)
-    return [f"the joint reaches {speed:.3g} rad/s: is the motion in {other or unit}? Then {advice}"]
+        name, factors = "degrees, or in revolutions per minute", ["pi/180", "pi/30"]
+    else:
+        name, factors = "degrees", ["pi/180"]
+    of_other_axis = f"the axis is linear, and {name} are none of a rotary one"
+    advice = log.scaling("motion", *factors) if all(factors) else of_other_axis
+    return [f"the joint reaches {speed:.3g} rad/s: is the motion in {name}? Then {advice}"]
 
 
-def _plain(column: str) -> str:
-    return PLACE.sub("", column.strip()).strip().casefold()
+def _bare(column: str) -> str:
+    """Return the name of a column without what picks a series of it."""
+    return PLACE.sub("", column.strip()).strip()
 
 
 def read_scales(texts: Sequence[str]) -> dict[str, float]:
