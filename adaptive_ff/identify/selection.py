@@ -194,9 +194,9 @@ def estimated(data: Prepared, model: Model, errors: Array) -> Estimated:
 
 
 def by_band(narrower: Prepared | None, one: Estimated) -> Array:
-    """Return the square of the bias by the band: what half of it changes, as of a bias that falls with the band.
+    """Return the square of the bias by the band, taken as ``c / band``: half of the band changes an estimate by it.
 
-    Of a bias of first order that is the whole of it (L. F. Richardson, Phil. Trans. R. Soc. A 210, 1911).
+    That is the error estimate of L. F. Richardson (Phil. Trans. R. Soc. A 210, 1911), of first order.
     """
     if narrower is None:
         return np.zeros_like(one.values)

@@ -1,6 +1,7 @@
 """Identification of logs whose joint is known: values, intervals, terms, refusals."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ from synthetic_logs import JOINT, make_log, sines_log
 from adaptive_ff import InputError, identify_log
 from adaptive_ff.identify.identification import FAMILIES
 from adaptive_ff.identify.result import CARE, GOOD, UNUSABLE
+from adaptive_ff.identify.selection import Estimated, by_band
 from adaptive_ff.logs.log import KNOWN, Log
 
 
@@ -274,3 +276,12 @@ def test_degrees_are_suspected():
     log = make_log(noise=0.1, period=0.004)
     found = identify_log(replace(log, position=np.degrees(log.position)))
     assert any("is the motion in degrees" in caution for caution in found.cautions)
+
+
+def test_bias_of_first_order_in_the_band_is_found_whole_by_half_of_it():
+    """Richardson's estimate is exact for it."""
+    true, bias = np.array([2.0, 3.0]), np.array([0.1, -0.4])
+    half = SimpleNamespace(fit=lambda model: SimpleNamespace(solve=lambda: true + 2.0 * bias))
+    one = Estimated(None, None, true + bias, None, None)
+    assert by_band(half, one) == pytest.approx(bias**2)
+    assert not by_band(None, one).any()
