@@ -4,13 +4,14 @@ import math
 
 import numpy as np
 from nightly import sampled
+from stepped_joint import CompiledJoint
 
 from adaptive_ff import load_scenario
 from adaptive_ff.comparison.registry import CONTROLLERS
 from adaptive_ff.simulation.experiment import build_plain_setup, build_setup, empty_record
 from adaptive_ff.simulation.loop import run_in_memory, run_plain, start_position
 from controllers import Native, compiles
-from plant import Actuator, Joint
+from plant import Actuator
 
 SCENARIO = load_scenario()
 
@@ -72,7 +73,7 @@ def own_loop(controller, setup, *, limit=SCENARIO.actuator.torque_limit, load=0.
     The joint carries a known load, given as ``feedforward``; measurements in ``lost`` (by sample) are replaced;
     ``watch`` is called with the number of each sample before it.
     """
-    joint, realised, torques = Joint(SCENARIO.joint, float(setup.reference[0])), None, []
+    joint, realised, torques = CompiledJoint(SCENARIO.joint, float(setup.reference[0])), None, []
     for k, first in enumerate(setup.samples[:-1]):
         measured = joint.state.velocity + setup.noise[k]
         if watch is not None:

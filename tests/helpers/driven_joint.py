@@ -8,7 +8,8 @@ import numpy as np
 from adaptive_ff import WITH_OFFSET, AdaptiveController
 from adaptive_ff.simulation.metrics import rms as rms
 from controllers import pi_gains
-from plant import Joint, JointModel
+from plant import JointModel
+from tests.helpers.stepped_joint import CompiledJoint
 
 PERIOD, STEPS, NOISE = 0.01, 5, 0.002
 
@@ -58,6 +59,9 @@ def drive(controller, joint, begin, end, *, load=None, limit=math.inf, clamped=N
         torque = controller.step(plan(time), state.velocity + noise[k], next_reference=following, **arguments)
         rows.append((time, plan(time) - state.velocity, state.position, torque))
         acting = min(max(torque, -limit), limit)
+        if load is None and clamped is None:
+            joint.step(acting, PERIOD)
+            continue
         for _ in range(STEPS):
             if clamped is not None and clamped(time):
                 joint.state = joint.state._replace(velocity=0.0, friction_torque=0.0)
@@ -69,7 +73,7 @@ def drive(controller, joint, begin, end, *, load=None, limit=math.inf, clamped=N
 
 def reference_joint(**changes):
     """Return the joint of the package's scenario, with a coarse solver."""
-    return Joint(JointModel(**{"inertia": 20.0, "solver_period": PERIOD / STEPS, **FRICTION, **changes}))
+    return CompiledJoint(JointModel(**{"inertia": 20.0, "solver_period": PERIOD / STEPS, **FRICTION, **changes}))
 
 
 def make(parameters=WITH_OFFSET, **options):

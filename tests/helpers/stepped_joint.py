@@ -3,7 +3,7 @@
 import numpy as np
 
 from controllers import compiled, dispatched
-from plant import STEP_JOINT
+from plant import STEP_JOINT, Joint
 
 step_joint = dispatched(STEP_JOINT)
 """One solver period of any joint, compiled or not."""
@@ -18,6 +18,27 @@ def follow(joint, state, torques, period, motion):
 
 
 FOLLOW = compiled(follow)
+
+
+def turn(joint, state, torque, period, steps):
+    """State of a joint after some steps with one torque."""
+    for _ in range(steps):
+        state = step_joint(joint, state, torque, period)
+    return state
+
+
+TURN = compiled(turn)
+
+
+class CompiledJoint(Joint):
+    """A joint in one's own loop whose steps are compiled: the same bits in less time; gravity is left out."""
+
+    def step(self, torque, duration):
+        steps, period = round(duration / self.model.solver_period), self.model.solver_period
+        if steps == 1:  # a call costs more than a step
+            return super().step(torque, duration)
+        self.state = TURN(self._parameters, self.state, float(torque), period, steps)
+        return self.state.velocity
 
 
 def run(joint, state, torques, period, way=FOLLOW):

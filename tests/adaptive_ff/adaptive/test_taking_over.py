@@ -254,8 +254,7 @@ def test_torque_limit_does_what_clipping_and_reporting_by_hand_does(delay):
         torque = by_hand.step(plan(time), velocity, next_reference=plan(time + PERIOD), **given)
         clipped.append(min(max(torque, -limit), limit))
         torques.append(clipped[-1])
-        for _ in range(5):
-            joint.step(clipped[-1], PERIOD / 5)
+        joint.step(clipped[-1], PERIOD)
     np.testing.assert_allclose(own.torque, torques, atol=1e-9)
     assert np.max(np.abs(own.torque)) == limit
     assert controller.torque_limit == limit
