@@ -9,14 +9,18 @@ import tempfile
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from errno import ENOTDIR
+from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from adaptive_ff import __version__
 from adaptive_ff.errors import InputError
+
+if TYPE_CHECKING:
+    from jinja2 import Template
 
 UNFINISHED, REPLACING = ".unfinished-", ".replacing-"
 """How the temporary folders begin: of files that are being written, and of a complete set that is being moved."""
@@ -156,3 +160,19 @@ def write_csv(path: Path, columns: Mapping[str, NDArray[np.float64]]) -> None:
     """Write series of equal length as a CSV file with a header line."""
     rows = np.column_stack(list(columns.values()))
     np.savetxt(path, rows, fmt="%.10g", delimiter=",", header=",".join(columns), comments="")
+
+
+@cache
+def template(package: str, name: str) -> "Template":
+    """Return a template of a text file, ``templates/NAME.jinja`` of a package; a value that it lacks is an error."""
+    from jinja2 import Environment, PackageLoader, StrictUndefined  # here, not above: few commands fill templates
+
+    environment = Environment(
+        loader=PackageLoader(package),
+        undefined=StrictUndefined,
+        keep_trailing_newline=True,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.filters["number"] = "{:.9g}".format
+    return environment.get_template(f"{name}.jinja")

@@ -5,17 +5,16 @@ These are ``templates/*.jinja``, in which the files can be read as they are.
 
 import importlib
 import math
-from functools import cache
 from importlib.metadata import version
 from typing import Any
 
 import numpy as np
-from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from adaptive_ff.adaptive.arguments import LARGEST_REGRESSOR
 from adaptive_ff.export.buffer import HEADER, MAGIC, VERSION, state_to_bytes
 from adaptive_ff.export.export import Export
 from adaptive_ff.export.sample import optional_inputs, unchecked_inputs
+from adaptive_ff.files import template
 from adaptive_ff.friction.model import unit_of
 from controllers.kernels.comments import comment_lines, joined, plain, summary
 from controllers.kernels.literals import c_name
@@ -24,17 +23,6 @@ from controllers.kernels.types import Array, Line, Record, Type, passed_by_point
 
 WIDTH = 100
 """Longest initialiser on one line."""
-
-
-@cache
-def _environment() -> Environment:
-    return Environment(
-        loader=PackageLoader("adaptive_ff.export"),
-        undefined=StrictUndefined,
-        keep_trailing_newline=True,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
 
 
 def rendered(name: str, export: Export, **values: Any) -> str:
@@ -46,7 +34,7 @@ def rendered(name: str, export: Export, **values: Any) -> str:
         "real": export.precision.real,
         "title": plain(export.title),
     }
-    return _environment().get_template(f"{name}.jinja").render(common | values)
+    return template("adaptive_ff.export", name).render(common | values)
 
 
 def header(export: Export) -> str:

@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 
 from adaptive_ff.errors import InputError
+from adaptive_ff.files import template
 from adaptive_ff.friction.model import TorqueModel
 from adaptive_ff.identify.columns import ASYMMETRY
 from adaptive_ff.identify.motion import Array
 from adaptive_ff.identify.result import LogIdentification
-from adaptive_ff.identify.simulators import rendered
 from adaptive_ff.scenario.content import MAIN_JOB
 from adaptive_ff.scenario.file import toml_value, with_comment
 from plant.lugre import LuGreJoint
@@ -93,8 +93,7 @@ def scenario_text(found: LogIdentification, reference: str) -> str:
         name: f"{100.0 * found.confidence:g} % interval {one.lower:.4g} to {one.upper:.4g}"
         for name, one in found.joint_parameters.items()
     }
-    return rendered(
-        "scenario.toml",
+    return template("adaptive_ff.identify", "scenario.toml").render(
         found=found,
         field=lambda name, value, said="": with_comment(f"{name} = {toml_value(_rounded(value))}", said),
         interval=lambda name: intervals.get(name, "assumed: the log shows none"),

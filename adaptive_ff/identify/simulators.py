@@ -14,11 +14,10 @@ the gear ratio alone. No engine has a Stribeck curve behind a lag; static fricti
 """
 
 import math
-from typing import TYPE_CHECKING, Any
-
-from jinja2 import Environment, PackageLoader, StrictUndefined
+from typing import TYPE_CHECKING
 
 from adaptive_ff.errors import InputError, check_positive
+from adaptive_ff.files import template
 from adaptive_ff.identify.first_estimate import torque_model
 
 if TYPE_CHECKING:
@@ -62,8 +61,7 @@ def simulator_text(found: "LogIdentification", kind: str, *, gear_ratio: float =
     if found.units["torque"] == "A":
         lines.append("The torque of the log is a current: every number is per ampere; times the torque constant.")
     lines += _not_expressed(found, joint, kind)
-    return rendered(
-        ENDINGS[kind],
+    return template("adaptive_ff.identify", ENDINGS[kind]).render(
         **joint,
         linear=found.linear,
         axis="1 0 0" if found.linear else "0 1 0",
@@ -72,19 +70,6 @@ def simulator_text(found: "LogIdentification", kind: str, *, gear_ratio: float =
         link_inertia=0.5 * joint["inertia"] if mass else joint["inertia"],
         lines=lines,
     )
-
-
-def rendered(name: str, **values: Any) -> str:
-    """Return the template of a file with values filled in."""
-    environment = Environment(
-        loader=PackageLoader("adaptive_ff.identify"),
-        undefined=StrictUndefined,
-        keep_trailing_newline=True,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    environment.filters["number"] = "{:.9g}".format
-    return environment.get_template(f"{name}.jinja").render(**values)
 
 
 def _not_expressed(found: "LogIdentification", joint: dict[str, float], kind: str) -> list[str]:
