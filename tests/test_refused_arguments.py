@@ -9,7 +9,7 @@ import inspect
 import math
 import re
 import types
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 from typing import Union, get_args, get_origin
 
@@ -31,6 +31,8 @@ CURVE = 60.0 + 30.0 * np.exp(-SPEEDS / 0.05) + 80.0 * SPEEDS
 GAINS = {"proportional": 1256.0, "integral": 15800.0, "period": 0.01}
 PI = controllers.PI(**GAINS)
 LEARNING = {**GAINS, "inertia": 20.0, "stribeck_velocity": 0.05}
+LEARNER, BRISTLES = (partial(one, **LEARNING) for one in (adaptive_ff.AdaptiveController, baselines.LearntFeedforward))
+CYCLE = partial(baselines.Repetitive, **GAINS, inertia=20.0, cycle=5)
 
 VALUES = {
     **{**GAINS, "delay": 0, "inertia": 20.0, "bandwidth": 5.0},
@@ -351,6 +353,23 @@ BAD = [
     (adaptive_ff.regressions, (adaptive_ff.Comparison(SHORT, {}), "x"), r"baseline = .* what read_baseline\(path\)"),
     (adaptive_ff.regressions, (adaptive_ff.Comparison(SHORT, {}), {"pi": {}}), "baseline is not allowed: it lacks"),
     (controllers.delay_line, (10.5,), "delay = 10.5 is not allowed: it must be from 0 to 10 "),
+    (partial(PI.step, regressors=[1.0]), (0.1, 0.0), "regressors is not allowed: PI"),
+    *((partial(LEARNER, regressors=wrong), (), f"regressors = {wrong} is not allowed") for wrong in (21, True)),
+    *(
+        (partial(LEARNER(regressors=2).step, regressors=wrong), (0.1, 0.0), ".*it must be 2 numbers")
+        for wrong in ([], [1.0], [1.0, 2.0, 3.0], 1.0)
+    ),
+    (partial(BRISTLES, reaches=[1e-3, 1e-3]), (), "reaches"),
+    (partial(BRISTLES, centres=[1.0]), (), ".*two at least"),
+    (partial(CYCLE, lead=5), (), "lead = 5 is not allowed: it must be less than the cycle, 5"),
+    (partial(CYCLE, gain=2.0), (), "gain = 2.0 is not allowed"),
+    (adaptive_ff.support_points, ([0.1, 0.2], [1.0]), r"velocity has shape \(2,\), torque \(1,\)"),
+    (adaptive_ff.support_points, ([0.1, 0.2], [1.0, 2.0]), ".*drive is not given"),
+    (adaptive_ff.support_points, ([0.1, 0.2], [1.0, 2.0], [1]), r"drive has shape \(1,\)"),
+    (adaptive_ff.support_points, ([0.1, 0.2, 0.2], [1.0, 2.0, 1.0], [1, 2, 2]), ".*single reading"),
+    (adaptive_ff.support_points, ([0.1, 0.1], [1.0, 2.0], [math.nan, 1.0]), ".*label that is not a finite number"),
+    (adaptive_ff.support_points, ([[0.1, -0.1]], [[1.0, 2.0]]), ".*drive 0 does not move"),
+    (adaptive_ff.support_points, ([[0.1, 0.1], [0.2, 0.2]], [[1.0, 2.0], [3.0, 3.0]]), ".*drive 1 has no spread"),
 ]
 
 

@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 from adaptive_ff import PER_DIRECTION_WITH_GRAVITY, WITH_GRAVITY, WITH_OFFSET
-from controllers import PI
 from tests.helpers import driven_joint
-from tests.helpers.driven_joint import GAINS, PERIOD, drive, known_position, reference_joint, rms
+from tests.helpers.driven_joint import drive, known_position, reference_joint, rms
 
 END = 40.0
 
@@ -84,14 +83,3 @@ def test_further_regressors_carry_what_another_joint_hangs_on_this_one(unloaded)
     assert informed.estimates["regressor_1"] == pytest.approx(40.0, abs=3.0)
     assert informed.estimates["regressor_2"] == pytest.approx(0.0, abs=3.0)
     assert settled(drive(alone, reference_joint(), 0.0, END, load=load, position=known_position)) > 1.2 * settled(run)
-
-
-def test_numbers_of_regressors_are_checked():
-    for wrong in (21, True):
-        with pytest.raises(ValueError, match=f"^regressors = {wrong} is not allowed"):
-            make(regressors=wrong)
-    for values in ([], [1.0], [1.0, 2.0, 3.0], 1.0):
-        with pytest.raises(ValueError, match="it must be 2 numbers"):
-            make(regressors=2).step(0.0, 0.0, regressors=values)
-    with pytest.raises(ValueError, match=r"^regressors is not allowed: PI"):
-        PI(*GAINS, PERIOD).step(0.0, 0.0, regressors=[1.0])

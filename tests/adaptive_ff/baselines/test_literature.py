@@ -8,7 +8,6 @@ from scipy.integrate import solve_ivp
 
 from adaptive_ff.baselines.feedback_learning import FIRST, LearntFeedforward
 from adaptive_ff.baselines.lugre_observer import bent
-from adaptive_ff.baselines.repetitive import Repetitive
 
 GAINS = (1256.0, 15_000.0)
 LEARNT = {"inertia": 20.0, "stribeck_velocity": 0.05}
@@ -52,20 +51,3 @@ def test_bristles_follow_their_differential_equation():
     assert bent(-30.0, 80.0, 1e5, 0.03, 0.002, 0.01) == pytest.approx(exact, rel=1e-8)
     assert bent(-30.0, 80.0, 1e5, 0.0, 0.002, 0.01) == pytest.approx(-28.0, rel=1e-12)
     assert bent(-30.0, 80.0, 1e9, 0.03, 0.0, 0.01) == pytest.approx(80.0, rel=1e-12)
-
-
-@pytest.mark.parametrize(
-    ("make", "message"),
-    [
-        (lambda: LearntFeedforward(*GAINS, 0.01, **LEARNT, reaches=[1e-3, 1e-3]), "reaches"),
-        (lambda: LearntFeedforward(*GAINS, 0.01, **LEARNT, centres=[1.0]), "two at least"),
-        (
-            lambda: Repetitive(*GAINS, 0.01, inertia=20.0, cycle=5, lead=5),
-            "lead = 5 is not allowed: it must be less than the cycle, 5",
-        ),
-        (lambda: Repetitive(*GAINS, 0.01, inertia=20.0, cycle=5, gain=2.0), "gain = 2.0 is not allowed"),
-    ],
-)
-def test_wrong_setting_is_refused_and_named(make, message):
-    with pytest.raises(ValueError, match=message):
-        make()

@@ -29,20 +29,3 @@ def test_standard_errors_from_few_readings_scatter_less_than_their_spread():
     assert own > 0.25
     assert shared < 0.15
     assert np.median(points.standard_error * np.sqrt(5.0) / true) == pytest.approx(1.0, abs=0.15)
-
-
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        (([0.1, 0.2], [1.0]), r"velocity has shape \(2,\), torque \(1,\)"),
-        (([0.1, 0.2], [1.0, 2.0]), "drive is not given"),
-        (([0.1, 0.2], [1.0, 2.0], [1]), r"drive has shape \(1,\)"),
-        (([0.1, 0.2, 0.2], [1.0, 2.0, 1.0], [1, 2, 2]), "single reading"),
-        (([0.1, 0.1], [1.0, 2.0], [np.nan, 1.0]), "label that is not a finite number"),
-        (([[0.1, -0.1]], [[1.0, 2.0]]), "drive 0 does not move"),
-        (([[0.1, 0.1], [0.2, 0.2]], [[1.0, 2.0], [3.0, 3.0]]), "drive 1 has no spread"),
-    ],
-)
-def test_bad_readings_are_refused(arguments, message):
-    with pytest.raises(ValueError, match=message):
-        support_points(*arguments)
