@@ -44,7 +44,8 @@ _KNOWN: dict[Hashable, tuple[int, int, int]] = {}
 def _addresses(parameters: Any, state: Any, *structures: Hashable) -> tuple[int, int, int]:
     """Return where the kernels of a controller lie; zero for what it does not have."""
     kind = type(parameters)
-    estimates, monitors = (_own(kernel) for kernel in (ESTIMATES[kind], MONITORS.get(kind)))
+    both = ESTIMATES[kind], MONITORS.get(kind)
+    estimates, monitors = (None if kernel is without_estimates else kernel for kernel in both)
     kernels = STEPS[kind], estimates, monitors
     key = (*structures, *kernels)
     if key not in _KNOWN:
@@ -58,11 +59,6 @@ def _addresses(parameters: Any, state: Any, *structures: Hashable) -> tuple[int,
         places = [library.address(f"{symbol}_{name}") for name in ("step", "estimates", "monitors")]
         _KNOWN[key] = places[0], places[1], places[2]
     return _KNOWN[key]
-
-
-def _own(kernel: Any) -> Any:
-    """Return a kernel of estimates or monitors; None for the one of those that have none."""
-    return None if kernel is without_estimates else kernel
 
 
 class NativeParameters(NamedTuple):

@@ -120,24 +120,14 @@ MONITORS: dict[type, Callable[..., Any]] = {}
 """Kernel that writes what a controller watches itself by into a row: ``write(parameters, state, row)``."""
 
 
-def _step(parameters: Any, state: Any, inputs: Inputs) -> Any:
-    """Do one sample of any controller, compiled or not."""
-    return STEPS[type(parameters)](parameters, state, inputs)
+step = dispatched(STEPS)
+"""One sample of any controller: ``step(parameters, state, inputs) -> (output, state)``."""
 
+write_estimates = dispatched(ESTIMATES)
+"""The physical estimates of any controller, in their own units, into a row: ``write(parameters, state, row)``."""
 
-def _write_estimates(parameters: Any, state: Any, row: Any) -> Any:
-    """Write the physical estimates of any controller, in their own units, compiled or not."""
-    return ESTIMATES[type(parameters)](parameters, state, row)
-
-
-def _write_monitors(parameters: Any, state: Any, row: Any) -> Any:
-    """Write what any controller watches itself by, compiled or not; of those that do not, nothing."""
-    return MONITORS[type(parameters)](parameters, state, row)
-
-
-step = dispatched(STEPS, _step)
-write_estimates = dispatched(ESTIMATES, _write_estimates)
-write_monitors = dispatched(MONITORS, _write_monitors)
+write_monitors = dispatched(MONITORS)
+"""What any controller watches itself by into a row; of those that do not, nothing."""
 
 
 def without_estimates(parameters: Any, state: Any, row: Any) -> None:

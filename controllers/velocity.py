@@ -41,12 +41,8 @@ def velocity_estimator(kernel: Callable[..., Any], initial: Callable[..., Any]) 
     return declare
 
 
-def _estimate_velocity(parameters: Any, state: Any, measurement: float, dt: float) -> Any:
-    """Compute the velocity (rad/s) by any estimator, compiled or not."""
-    return VELOCITY_ESTIMATORS[type(parameters)](parameters, state, measurement, dt)
-
-
-estimate_velocity = dispatched(VELOCITY_ESTIMATORS, _estimate_velocity)
+estimate_velocity = dispatched(VELOCITY_ESTIMATORS)
+"""Velocity (rad/s) by any estimator: ``estimate(parameters, state, measurement, dt) -> (velocity, state)``."""
 
 
 def initial_velocity_state(estimator: Any, position: float, velocity: float = 0.0) -> Any:

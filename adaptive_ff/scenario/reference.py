@@ -55,13 +55,9 @@ class Multisine(StrictTable):
         velocity = sum_of_sines(2.0 * math.pi * np.array(self.frequencies), phases, weights, time)
         peak = 1.0 if self.peak is None else self.peak
         velocity *= peak / max(largest_size(velocity), np.finfo(float).tiny)
-        for part in chunks(self._end_of_fades(time)):
+        for part in chunks(time.size):
             velocity[part] *= self._fraction(time[part])
         return velocity
-
-    def _end_of_fades(self, time: NDArray[np.float64]) -> int:
-        """Return the place in a grid of times (s) from which on nothing fades; with a pause, its end."""
-        return time.size if self.pause is not None else int(np.searchsorted(time, self.fade_in))
 
     def _fraction(self, time: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return by how much the motion is faded in, and out and in about its pause."""

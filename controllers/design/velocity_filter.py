@@ -25,10 +25,10 @@ NO_FILTER = VelocityFilter((1.0,), (1.0,))
 """That of a velocity that is measured itself."""
 
 
-def velocity_filter(estimator: Any) -> VelocityFilter:
-    """Return the filter of an estimator of :mod:`controllers.velocity`."""
+def filter_of(estimator: Any) -> VelocityFilter:
+    """Return the filter of an estimator of :mod:`controllers.velocity`; None is a velocity that is measured itself."""
     match estimator:
-        case DirectVelocity():
+        case None | DirectVelocity():
             return NO_FILTER
         case DifferenceVelocity():
             return VelocityFilter((0.5, 0.5), (1.0,))
@@ -38,11 +38,6 @@ def velocity_filter(estimator: Any) -> VelocityFilter:
         case KalmanVelocity():
             return _kalman_filter(estimator)
     raise TypeError(f"velocity = {estimator!r} is not allowed: it must be an estimator of controllers.velocity")
-
-
-def filter_of(velocity: Any) -> VelocityFilter:
-    """Return the filter of an estimator, or none where there is no estimator."""
-    return NO_FILTER if velocity is None else velocity_filter(velocity)
 
 
 def in_z(filter_of_velocity: VelocityFilter) -> tuple[NDArray[Any], NDArray[Any]]:

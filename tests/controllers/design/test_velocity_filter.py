@@ -18,7 +18,7 @@ from controllers import (
 )
 from controllers.design.observer_design import SLOWEST, disturbance_observer_compensation
 from controllers.design.sampled_loop import SampledLoop, open_loop
-from controllers.design.velocity_filter import NO_FILTER, velocity_filter
+from controllers.design.velocity_filter import NO_FILTER, filter_of
 from controllers.velocity import VELOCITY_ESTIMATORS, direct_velocity, initial_velocity_state
 
 PERIOD = 0.01
@@ -39,20 +39,20 @@ def test_filter_is_what_the_estimator_makes_of_a_joint_that_accelerates_evenly_i
     for reading in position:
         value, state = VELOCITY_ESTIMATORS[type(estimator)](estimator, state, reading, PERIOD)
         found.append(value)
-    made = velocity_filter(estimator)
+    made = filter_of(estimator)
     assert found == pytest.approx(lfilter(made.numerator[::-1], made.denominator[::-1], velocity), abs=1e-12)
     assert sum(made.numerator) == pytest.approx(sum(made.denominator), rel=1e-9)
 
 
 def test_a_measured_velocity_passes_and_what_is_no_estimator_is_refused():
-    assert velocity_filter(direct_velocity(PERIOD)) == NO_FILTER
+    assert filter_of(direct_velocity(PERIOD)) == NO_FILTER
     with pytest.raises(TypeError, match=r"velocity = 3\.0"):
-        velocity_filter(3.0)
+        filter_of(3.0)
 
 
 @pytest.mark.parametrize("name", ESTIMATORS)
 def test_open_loop_has_the_filter_as_a_factor(name):
-    made, point = velocity_filter(ESTIMATORS[name]), np.exp(0.3j)
+    made, point = filter_of(ESTIMATORS[name]), np.exp(0.3j)
     loop = SampledLoop(0.3, 0.01, 1)
     filtered = open_loop(loop._replace(velocity=made), disturbance_observer_compensation(loop, 0.2))
     plain = open_loop(loop, disturbance_observer_compensation(loop, 0.2))
