@@ -145,11 +145,6 @@ class CalledBack:
         ``step(inputs) -> output``.
     write_estimates : callable, optional
         Writes the estimates into a row, where it has any.
-
-    Attributes
-    ----------
-    addresses : NativeParameters
-        What stands for the parameters in compiled code.
     """
 
     def __init__(self, step: Callable[[Inputs], Output], write_estimates: Callable[[Any], None] | None) -> None:
@@ -159,6 +154,7 @@ class CalledBack:
         self._functions = BY_ADDRESS(self._do_step), BY_ADDRESS(self._do_write)  # compiled code may call them
         places = [int(ctypes.cast(function, ctypes.c_void_p).value or 0) for function in self._functions]
         estimates = 0 if write_estimates is None else places[1]
+        # what stands for the parameters in compiled code
         self.addresses = NativeParameters(places[0], estimates, 0, 0, 0, self._exchange)
 
     def _do_step(self, parameters: int, state: int, row: int, count: int) -> None:
@@ -199,17 +195,12 @@ class Native:
         Parameters and state of a controller whose class is registered; the arrays in the state are shared.
     exchange : ndarray, shape (13,), optional
         Takes inputs and output of a step.
-
-    Attributes
-    ----------
-    addresses : NativeParameters
-        What stands for the parameters in compiled code that serves every controller.
     """
 
     def __init__(self, parameters: Any, state: Any, exchange: MutableArray | None = None) -> None:
         structures = structure(parameters), structure(state)
         self._parameters, self._state = Memory(parameters, structures[0]), Memory(state, structures[1])
-        self.addresses = NativeParameters(
+        self.addresses = NativeParameters(  # for compiled code that serves every controller
             *_addresses(parameters, state, *structures),
             self._parameters.address,
             self._state.address,

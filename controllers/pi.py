@@ -108,27 +108,7 @@ register(PIParameters, step_pi, initial_pi_state)
 
 
 def check_gains(proportional: float, integral: float, period: float, delay: float = 0.0) -> PIParameters:
-    """Return the parameters of a PI loop.
-
-    Parameters
-    ----------
-    proportional : float
-        Proportional gain, N m s/rad.
-    integral : float
-        Integral gain, N m/rad.
-    period : float
-        Nominal sampling period, s.
-    delay : float, optional
-        Computation delay of the drive, sampling periods.
-
-    Raises
-    ------
-    ValueError
-        A gain is negative or not finite, the period not positive and finite, or the delay not from 0 to
-        ``controllers.delay.LONGEST_DELAY``.
-    TypeError
-        An argument is no number.
-    """
+    """Return the parameters of a PI loop; arguments and errors are those of :class:`PI`."""
     check_numbers(proportional=proportional, integral=integral, delay=delay)
     check_period(period)
     for name, gain in (("proportional", proportional), ("integral", integral)):
@@ -155,6 +135,14 @@ class PI(Controller):
     delay : float, optional
         Computation delay of the drive, sampling periods: it applies the torque of a sample from that much later on. For
         the anti-windup only; the gains are taken as they are.
+
+    Raises
+    ------
+    ValueError
+        A gain is negative or not finite, the period not positive and finite, or the delay not from 0 to
+        ``controllers.delay.LONGEST_DELAY``.
+    TypeError
+        An argument is no number.
 
     Examples
     --------

@@ -14,7 +14,8 @@ from adaptive_ff.friction.columns import (
 from controllers import compiled
 
 
-def _write_along(
+@compiled
+def write_along(
     hypothesis: Hypothesis,
     state: FrictionState,
     curve: Curve,
@@ -25,6 +26,7 @@ def _write_along(
     regressors: Array,
     columns: Array,
 ) -> FrictionState:
+    """Write the columns of each period of a motion into a row; return the memory after it."""
     for k in range(periods.size):
         state = write_columns(
             hypothesis,
@@ -39,9 +41,6 @@ def _write_along(
             columns[k],
         )
     return state
-
-
-write_along = compiled(_write_along)
 
 
 def columns_along(

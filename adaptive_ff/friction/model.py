@@ -129,18 +129,9 @@ IDENTIFIED = {
 """What may be identified, by the name that a user gives."""
 
 UNITS = {
-    "stribeck_velocity": "rad/s",
-    "presliding": "rad",
-    "inertia": "kg m²",
-    "coulomb": "N m",
-    "stiction": "N m",
-    "viscous": "N m s/rad",
-    "friction_lag": "s",
-    "offset": "N m",
-    "stiction_asymmetry": "N m",
-    "viscous_asymmetry": "N m s/rad",
-    "gravity_sin": "N m",
-    "gravity_cos": "N m",
+    **dict.fromkeys(("coulomb", "stiction", "offset", "stiction_asymmetry", "gravity_sin", "gravity_cos"), "N m"),
+    **dict.fromkeys(("viscous", "viscous_asymmetry"), "N m s/rad"),
+    **{"stribeck_velocity": "rad/s", "presliding": "rad", "inertia": "kg m²", "friction_lag": "s"},
 }
 """Units of the identified parameters but for those of ripples and further regressors; see :func:`unit_of`."""
 

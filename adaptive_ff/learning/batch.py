@@ -237,7 +237,8 @@ def _check_series(**series: ArrayLike) -> list[Array]:
     return checked
 
 
-def _series_rows(velocity: Array, torque: Array, stribeck_velocity: float, stribeck_shape: float, rows: Array) -> None:
+@compiled
+def series_rows(velocity: Array, torque: Array, stribeck_velocity: float, stribeck_shape: float, rows: Array) -> None:
     """Write the regressors of (4) of each sample, from the third on, into the rows."""
     for k in range(2, velocity.size):
         series_regressors(
@@ -245,7 +246,8 @@ def _series_rows(velocity: Array, torque: Array, stribeck_velocity: float, strib
         )
 
 
-def _torque_form_rows(
+@compiled
+def torque_form_rows(
     form: TorqueForm,
     signals: Signals,
     time: Array,
@@ -270,7 +272,3 @@ def _torque_form_rows(
         sliding = sliding + duration if abs(velocity[k]) >= gate[0] and velocity[k] != 0.0 else 0.0
         outputs[k] = write_regressors(form, signals, rows[k])
         used[k] = sliding > gate[1]
-
-
-series_rows = compiled(_series_rows)
-torque_form_rows = compiled(_torque_form_rows)

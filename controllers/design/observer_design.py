@@ -94,14 +94,6 @@ def fastest_angle(loop: SampledLoop, bound: float, compensation: Callable[[Sampl
     return largest_setting(lambda angle: _opened(loop, angle, compensation), bound, start, math.pi)
 
 
-@cache
-def margins_at(
-    loop: SampledLoop, angle: float, compensation: Callable[[SampledLoop, float], Compensation]
-) -> LoopMargins:
-    """Return the margins of a loop with an observer of a bandwidth, rad a sample."""
-    return loop_margins(*_opened(loop, angle, compensation))
-
-
 def design_observer(
     inertia: float,
     period: float,
@@ -127,5 +119,5 @@ def design_observer(
         angle = 2.0 * math.pi * bandwidth * period
     if not 0.0 < bandwidth <= 0.5 / period:
         raise ValueError(f"bandwidth = {bandwidth} is not allowed: it must be positive, at most {0.5 / period:g} Hz")
-    reached = margins_at(loop, angle, compensation)
+    reached = loop_margins(*_opened(loop, angle, compensation))
     return ObserverDesign(**in_hertz(reached, period), bandwidth=bandwidth)
