@@ -70,22 +70,14 @@ def initial_velocity_state(estimator: Any, position: float, velocity: float = 0.
     return INITIAL_VELOCITY_STATES[type(estimator)](estimator, float(position), float(velocity))
 
 
-class DirectVelocityState(NamedTuple):
-    """State of a velocity that is passed on."""
-
-    velocity: float  # last valid velocity, rad/s
-
-
 def pass_velocity(
-    parameters: "DirectVelocity", state: DirectVelocityState, measurement: float, dt: float
-) -> tuple[float, DirectVelocityState]:
-    """Pass a measured velocity (rad/s) on."""
-    if not math.isfinite(measurement):
-        return math.nan, state
-    return measurement, DirectVelocityState(measurement)
+    parameters: "DirectVelocity", state: "DirectVelocity", measurement: float, dt: float
+) -> tuple[float, "DirectVelocity"]:
+    """Pass a measured velocity (rad/s) on; it needs no state, the parameters stand for it."""
+    return measurement if math.isfinite(measurement) else math.nan, state
 
 
-@velocity_estimator(pass_velocity, lambda parameters, position, velocity: DirectVelocityState(velocity))
+@velocity_estimator(pass_velocity, lambda parameters, position, velocity: parameters)
 class DirectVelocity(NamedTuple):
     """The measurement is a velocity already."""
 

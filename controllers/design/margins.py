@@ -36,24 +36,12 @@ def check_design(delay: int, maximum_sensitivity: float = 2.0) -> None:
 
 @dataclass(frozen=True)
 class LoopMargins:
-    """Margins of a loop.
+    """Margins of a loop."""
 
-    Attributes
-    ----------
-    crossover : float
-        Frequency of the last crossing of gain one, as a fraction of the sampling frequency; not a number without one.
-    maximum_sensitivity : float
-        Largest ``|1/(1 + L)|``; infinite where the closed loop is unstable.
-    gain_margin : float
-        Factor by which the loop gain may grow.
-    phase_margin : float
-        Phase margin, degrees; not a number without a crossover.
-    """
-
-    crossover: float
-    maximum_sensitivity: float
-    gain_margin: float
-    phase_margin: float
+    crossover: float  # last crossing of gain one as a fraction of the sampling frequency; not a number without one
+    maximum_sensitivity: float  # largest ``|1/(1 + L)|``; infinite where the closed loop is unstable
+    gain_margin: float  # factor by which the loop gain may grow
+    phase_margin: float  # phase margin, degrees; not a number without a crossover
 
     @property
     def stable(self) -> bool:
