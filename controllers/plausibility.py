@@ -76,40 +76,6 @@ def checked_inputs(
     inputs: Inputs, guard: Guard, proportional: float, integral: float, period: float
 ) -> tuple[Inputs, Guard]:
     """Return the inputs with what is not plausible replaced, and what the check remembers."""
-    if surely_plausible(inputs, proportional if proportional > 0.0 else integral, period):
-        return inputs, Guard(inputs.reference, inputs.feedforward, 0.0, guard.faults)
-    return replaced_inputs(inputs, guard, proportional, integral, period)
-
-
-def surely_plausible(inputs: Inputs, gain: float, period: float) -> bool:
-    """Tell in few comparisons whether all inputs are plausible; where it is false some may be, or all.
-
-    A sum of sizes is at least as large as each of them, and a comparison with "not a number" is false: so velocities
-    pass together, and what may be unknown passes by not being beyond its bound. Some values that are on a bound do not
-    pass though they are plausible.
-    """
-    torque = gain * LARGEST_VELOCITY
-    least, most = inertia_bounds(gain)
-    return (
-        abs(inputs.reference) + abs(inputs.correction) + abs(inputs.velocity) < LARGEST_VELOCITY
-        and abs(inputs.feedforward) < torque
-        and not (
-            abs(inputs.next_reference) > LARGEST_VELOCITY
-            or abs(inputs.acting_reference) > LARGEST_VELOCITY
-            or abs(inputs.next_acting_reference) > LARGEST_VELOCITY
-            or abs(inputs.realised_torque) >= torque
-            or abs(inputs.position) > LARGEST_POSITION
-            or inputs.inertia <= least
-            or inputs.inertia >= most
-        )
-        and LEAST_TIME * period <= inputs.dt <= MOST_TIME * period
-    )
-
-
-def replaced_inputs(
-    inputs: Inputs, guard: Guard, proportional: float, integral: float, period: float
-) -> tuple[Inputs, Guard]:
-    """Do what :func:`checked_inputs` does, one input after the other."""
     gain = proportional if proportional > 0.0 else integral
     torque = largest_torque(proportional, integral)
     least, most = inertia_bounds(gain)
