@@ -121,13 +121,13 @@ MONITORS: dict[type, Callable[..., Any]] = {}
 
 
 step = dispatched(STEPS)
-"""One sample of any controller: ``step(parameters, state, inputs) -> (output, state)``."""
+step.__doc__ = "Do one sample of any controller: ``step(parameters, state, inputs) -> (output, state)``."
 
 write_estimates = dispatched(ESTIMATES)
-"""The physical estimates of any controller, in their own units, into a row: ``write(parameters, state, row)``."""
+write_estimates.__doc__ = "Write the physical estimates of any controller: ``write(parameters, state, row)``."
 
 write_monitors = dispatched(MONITORS)
-"""What any controller watches itself by into a row; of those that do not, nothing."""
+write_monitors.__doc__ = "Write what any controller watches itself by; of those that do not, nothing."
 
 
 def without_estimates(parameters: Any, state: Any, row: Any) -> None:

@@ -42,7 +42,7 @@ def velocity_estimator(kernel: Callable[..., Any], initial: Callable[..., Any]) 
 
 
 estimate_velocity = dispatched(VELOCITY_ESTIMATORS)
-"""Velocity (rad/s) by any estimator: ``estimate(parameters, state, measurement, dt) -> (velocity, state)``."""
+estimate_velocity.__doc__ = "Compute the velocity (rad/s) by any estimator, as the tables above have it."
 
 
 def initial_velocity_state(estimator: Any, position: float, velocity: float = 0.0) -> Any:
