@@ -131,7 +131,7 @@ class Expressions:
         name = self.fresh(wish.rpartition("_")[2] if wish.endswith("_result") else wish)
         variable = Variable(name, kind, natural=value.natural)
         self.let(variable, value, True)
-        return Node("variable", kind, natural=value.natural, variable=variable)
+        return variable.value
 
     def let(self, variable: Variable, value: Node, is_constant: bool) -> None:
         """Declare a variable with its first value."""
@@ -160,8 +160,7 @@ class Expressions:
             raise self.refusal(node, f"{node.id} has no value here; give it one before the branch or loop")
         if node.id not in self.variables:
             return self._known(node, self.unit.resolved(self.kernel, node))
-        variable = self.variables[node.id]
-        return Node("variable", variable.type, (), "", variable.constant, variable.natural, variable)
+        return self.variables[node.id].value
 
     def is_global(self, node: ast.expr) -> bool:
         """Tell whether an expression is a name of the module, or a member of what is one."""

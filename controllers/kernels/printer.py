@@ -219,7 +219,7 @@ class Printer:
             match each:
                 case Let(variable, value):
                     if variable.type is not None:  # else its only values are in branches for other sizes
-                        yield f"{margin}{self._let(each, variable.type)};"
+                        yield f"{margin}{self._let(each)};"
                     if value is not None and self.fixed:
                         yield f"{margin}(void){variable.name};"
                 case Give(place, value, sign):
@@ -241,16 +241,22 @@ class Printer:
                     yield from self._lines(inner, depth + 1)
                     yield f"{margin}}}"
 
-    def _let(self, each: Let, kind: Type) -> str:
+    def _declared(self, variable: Variable, restrict: str = "") -> str:
+        assert variable.type is not None
+        if variable.is_pointer:
+            return f"const {self.c_type(variable.type)} *{restrict}{variable.name}"
+        return self.declaration(variable.type, variable.name)
+
+    def _let(self, each: Let) -> str:
         variable, value = each.variable, each.value
         if value is None:
-            return self.declaration(kind, variable.name)
+            return self._declared(variable)
         if variable.is_pointer:
-            return f"const {self.c_type(kind)} *{variable.name} = {self.address(value)}"
-        if kind == INTEGER and variable.constant is not None:
+            return f"{self._declared(variable)} = {self.address(value)}"
+        if variable.type == INTEGER and variable.constant is not None:
             return f"const {'int' if self.fixed else 'int64_t'} {variable.name} = {self._integer(value)}"
-        constant = "const " if each.is_constant and not isinstance(kind, Array) else ""
-        return f"{constant}{self.declaration(kind, variable.name)} = {self.text(value)}"
+        constant = "const " if each.is_constant and not isinstance(variable.type, Array) else ""
+        return f"{constant}{self._declared(variable)} = {self.text(value)}"
 
     def _branch(self, branch: If, depth: int) -> Iterator[str]:
         margin = "    " * depth
@@ -268,11 +274,7 @@ class Printer:
     def definition(self, function: Function) -> str:
         """Return the definition of a function, with its comment."""
         restrict = "" if self.fixed else "restrict "  # records never change, nor overlap with what does
-        declared = []
-        for argument in function.arguments:
-            assert argument.type is not None
-            pointed = f"const {self.c_type(argument.type)} *{restrict}{argument.name}" if argument.is_pointer else ""
-            declared.append(pointed or self.declaration(argument.type, argument.name))
+        declared = [self._declared(argument, restrict) for argument in function.arguments]
         self._used = set()
         lines = [f"    (void){argument.name};" for argument in function.arguments if self.fixed]
         lines += self._lines(function.body, 1)

@@ -54,7 +54,7 @@ class Statements(Expressions):
         self.given.add(name)
         if passed_by_pointer(kind) and changes:
             given = Variable(self.fresh(f"given_{name}"), kind, is_pointer=True)
-            self.let(variable, Node("variable", kind, variable=given), False)
+            self.let(variable, given.value, False)
             return given
         variable.is_pointer = passed_by_pointer(kind)
         if kind in (INTEGER, REAL) and not changes and known is not None:
@@ -209,7 +209,7 @@ class Statements(Expressions):
             if known is None:
                 variable.type = kind
                 variable.natural = value.natural and (once or self.counters[name] == self.stores[name])
-            self.body.append(Give(Node("variable", kind, variable=variable), value))
+            self.body.append(Give(variable.value, value))
             return
         variable = self.variables[name] = self.declared[name] = Variable(c_name(name), kind)
         variable.natural = value.natural and once

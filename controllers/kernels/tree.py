@@ -23,6 +23,11 @@ class Variable:
     is_pointer: bool = False  # whether it is a pointer to a record that stays as it is
     is_int: bool = False  # whether it counts a loop of firmware, in the machine's own integers
 
+    @property
+    def value(self) -> "Node":
+        """The variable as an expression."""
+        return Node("variable", self.type, (), "", self.constant, self.natural, self)
+
 
 @dataclass(frozen=True, eq=False)
 class Node:
