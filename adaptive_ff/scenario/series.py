@@ -42,18 +42,15 @@ def sum_of_sines(omegas: Array, phases: Array, weights: Array, time: Array) -> A
     """
     total = np.empty_like(time)
     for part in chunks(time.size):
-        total[part] = _sum_in_chunk(omegas, phases, weights, time[part])
+        times = time[part]
+        length = math.isqrt(times.size) + 1
+        inside, begins = times[:length] - times[0], times[::length]
+        table, one, other = np.zeros((3, begins.size, length))
+        for omega, phase, weight in zip(omegas.tolist(), phases.tolist(), weights.tolist(), strict=True):
+            angles, starts = omega * inside, omega * begins + phase
+            np.outer(np.sin(starts), np.cos(angles), out=one)
+            one += np.outer(np.cos(starts), np.sin(angles), out=other)
+            one *= weight
+            table += one
+        total[part] = table.ravel()[: times.size]
     return total
-
-
-def _sum_in_chunk(omegas: Array, phases: Array, weights: Array, time: Array) -> Array:
-    length = math.isqrt(time.size) + 1
-    inside, begins = time[:length] - time[0], time[::length]
-    table, one, other = np.zeros((3, begins.size, length))
-    for omega, phase, weight in zip(omegas.tolist(), phases.tolist(), weights.tolist(), strict=True):
-        angles, starts = omega * inside, omega * begins + phase
-        np.outer(np.sin(starts), np.cos(angles), out=one)
-        one += np.outer(np.cos(starts), np.sin(angles), out=other)
-        one *= weight
-        table += one
-    return table.ravel()[: time.size]
