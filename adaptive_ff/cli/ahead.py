@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 
 from adaptive_ff.comparison.registry import CONTROLLERS, make_controller
-from adaptive_ff.friction.along import columns_along
+from adaptive_ff.friction.columns import columns_along
 from adaptive_ff.replay.learning import initial_state, learn, make_learner
 from adaptive_ff.scenario.library import scenario_names
 from adaptive_ff.scenario.scenario import load_scenario

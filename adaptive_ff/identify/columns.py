@@ -7,8 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import scipy
 
-from adaptive_ff.friction.along import columns_along
-from adaptive_ff.friction.columns import COULOMB, PATHS, STICTION, Curve, Hypothesis
+from adaptive_ff.friction.columns import COULOMB, PATHS, STICTION, Curve, Hypothesis, columns_along
 from adaptive_ff.identify.motion import Array, Rows, derivative
 
 TEXTBOOK = ("inertia", "coulomb", "viscous", "offset")

@@ -5,8 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from adaptive_ff.friction.along import columns_along
-from adaptive_ff.friction.columns import Curve, Hypothesis
+from adaptive_ff.friction.columns import Curve, Hypothesis, columns_along
 from adaptive_ff.identify.motion import Array, Rows
 from adaptive_ff.learning.kalman import LOOP, Member, Prior, constrain_in_place, update_in_place
 from controllers import compiled

@@ -5,8 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from adaptive_ff.friction.along import columns_along
-from adaptive_ff.friction.columns import COULOMB, INERTIA, PATHS, STICTION, VISCOUS, Curve, Hypothesis
+from adaptive_ff.friction.columns import COULOMB, INERTIA, PATHS, STICTION, VISCOUS, Curve, Hypothesis, columns_along
 
 PERIOD, FINE = 0.01, 40
 CURVE = Curve(lag=0.02, stribeck_velocity=0.05, coulomb=60.0, stiction=90.0, viscous=80.0, hold=0.0)
