@@ -12,44 +12,21 @@ class Inputs(NamedTuple):
 
     Feedback acts on ``reference + correction - velocity``. Feedforward, preview and instruments see the plan alone,
     ``reference`` and ``next_reference``: a correction contains the measurement, and friction fed forward along it
-    would close a loop of its own. Identification sees the true velocity and torque.
-
-    Attributes
-    ----------
-    reference : float
-        Planned velocity now, rad/s.
-    velocity : float
-        Measured velocity now, rad/s; not finite where the measurement failed.
-    next_reference : float
-        Planned velocity at the next sample, rad/s; not a number where it is not known.
-    correction : float
-        What an outer loop adds to the plan, rad/s.
-    position : float
-        Measured position now, rad; not a number where it is not known.
-    realised_torque : float
-        Mean torque that the drive gave over the last period, N m; not a number where it is not known.
-    feedforward : float
-        Torque known from elsewhere, such as gravity, N m.
-    inertia : float
-        Inertia in the present configuration, kg m^2; not a number where the controller's own holds.
-    dt : float
-        Time since the last sample, s.
-    acting_reference, next_acting_reference : float
-        Planned velocity when the torque that is computed now begins to act and one period later, rad/s: those ``delay``
-        and ``delay + 1`` periods ahead where the drive is late; not a number where it is not known.
+    would close a loop of its own. Identification sees the true velocity and torque. Where the drive is late, the torque
+    that is computed now begins to act ``delay`` periods from now.
     """
 
-    reference: float
-    velocity: float
-    next_reference: float
-    correction: float
-    position: float
-    realised_torque: float
-    feedforward: float
-    inertia: float
-    dt: float
-    acting_reference: float
-    next_acting_reference: float
+    reference: float  # planned velocity now, rad/s
+    velocity: float  # measured velocity now, rad/s; not finite where the measurement failed
+    next_reference: float  # planned velocity at the next sample, rad/s; not a number where it is not known
+    correction: float  # what an outer loop adds to the plan, rad/s
+    position: float  # measured position now, rad; not a number where it is not known
+    realised_torque: float  # mean torque that the drive gave over the last period, N m; not a number where not known
+    feedforward: float  # torque known from elsewhere, such as gravity, N m
+    inertia: float  # inertia in the present configuration, kg m^2; not a number where the controller's own holds
+    dt: float  # time since the last sample, s
+    acting_reference: float  # planned velocity when this torque begins to act, rad/s; not a number where not known
+    next_acting_reference: float  # planned velocity one period after that, rad/s; not a number where it is not known
 
 
 def planned_inputs(
@@ -95,18 +72,10 @@ def acts_on_plan(inputs: Inputs) -> bool:
 
 
 class Output(NamedTuple):
-    """What a controller gives at a sample.
+    """What a controller gives at a sample."""
 
-    Attributes
-    ----------
-    torque : float
-        Commanded torque, N m.
-    feedforward : float
-        The part of it that is not feedback, N m.
-    """
-
-    torque: float
-    feedforward: float
+    torque: float  # commanded torque, N m
+    feedforward: float  # the part of it that is not feedback, N m
 
 
 STEPS: dict[type, Callable[..., Any]] = {}

@@ -15,7 +15,7 @@ from adaptive_ff.export.export import Export
 from adaptive_ff.export.sample import optional_inputs
 from adaptive_ff.export.source import estimate_unit, header, rendered, source
 from controllers import Inputs, Output
-from controllers.kernels.comments import plain, section, unit
+from controllers.kernels.comments import described, plain, unit
 from controllers.kernels.compiler import compiler
 from controllers.kernels.literals import c_name
 from controllers.kernels.memory import value_at
@@ -62,14 +62,14 @@ def regressor_count(export: Export) -> int:
 
 def fmu_variables(export: Export) -> list[Variable]:
     """Return the variables in their order; value references count them from zero."""
-    described = section(Inputs, "Attributes")
-    units = {name: unit(text) for name, text in described.items()}
+    texts = described(Inputs)
+    units = {name: unit(text) for name, text in texts.items()}
     for name in optional_inputs():  # else one who connects it alone would not learn that it is not used
-        described[name] = f"Used only while {name}_known is true. {described[name]}"
-    reals = [(name, "input", described[name], units[name], "0") for name in export.input_names if name != "dt"]
+        texts[name] = f"Used only while {name}_known is true. {texts[name]}"
+    reals = [(name, "input", texts[name], units[name], "0") for name in export.input_names if name != "dt"]
     for place in range(regressor_count(export)):
         reals.append((f"regressors[{place}]", "input", "Further known regressor.", "", "0"))
-    for name, text in section(Output, "Attributes").items():
+    for name, text in described(Output).items():
         reals.append((f"{name}{'_out' * (name in export.input_names)}", "output", text, unit(text), ""))
     for name in export.controller.estimate_names:
         reals.append((f"estimates.{name}", "output", "Physical estimate.", estimate_unit(name), ""))

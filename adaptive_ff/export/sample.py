@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from adaptive_ff.export.buffer import layout
 from adaptive_ff.export.errors import NotExportable
 from controllers import ESTIMATES, STEPS, Controller, Inputs
-from controllers.kernels.comments import section
+from controllers.kernels.comments import described
 from controllers.kernels.memory import Leaf, rebuilt, value_at
 from controllers.kernels.types import BOOLEAN
 
@@ -64,8 +64,8 @@ def optional_inputs() -> tuple[str, ...]:
 
 def unchecked_inputs() -> tuple[str, ...]:
     """Return the inputs that may be any number: the optional ones, and the measurement, which may fail."""
-    described = section(Inputs, "Attributes")
-    return (*optional_inputs(), *(name for name in Inputs._fields if "not finite where" in described.get(name, "")))
+    texts = described(Inputs)
+    return (*optional_inputs(), *(name for name in Inputs._fields if "not finite where" in texts[name]))
 
 
 def switches(controller: Controller) -> list[Switch]:
