@@ -158,13 +158,7 @@ class FrictionObserver(PILoop, Observing):
 
     def derive(self) -> dict[str, Any]:
         """Return the loop with its observer, and the friction."""
-        loop = KalmanDisturbance(
-            self.proportional,
-            self.integral,
-            self.period,
-            inertia=self.model.inertia,
-            velocity_gain=self.velocity_gain,
-            disturbance_gain=self.disturbance_gain,
-            delay=self.delay,
-        )
+        gains = self.proportional, self.integral, self.period
+        observer = {"velocity_gain": self.velocity_gain, "disturbance_gain": self.disturbance_gain}
+        loop = KalmanDisturbance(*gains, inertia=self.model.inertia, delay=self.delay, **observer)
         return {"feedback": loop.parameters, "friction": self.model._replace(inertia=0.0)}

@@ -79,12 +79,6 @@ class ObservedModel(PILoop, Observing):
 
     def derive(self) -> dict[str, Any]:
         """Return the loop with its observer, and the friction."""
-        loop = DisturbanceObserver(
-            self.proportional,
-            self.integral,
-            self.period,
-            inertia=self.model.inertia,
-            bandwidth=self.bandwidth,
-            delay=self.delay,
-        )
+        gains = self.proportional, self.integral, self.period
+        loop = DisturbanceObserver(*gains, inertia=self.model.inertia, bandwidth=self.bandwidth, delay=self.delay)
         return {"feedback": loop.parameters, "friction": self.model._replace(inertia=0.0)}

@@ -282,9 +282,7 @@ def write_to(figure: Figure, path: str | Path | None) -> None:
 def write_into(figures: dict[str, Figure], folder: str | Path | None) -> dict[str, Figure]:
     """Write pictures as ``NAME.png`` into a folder, where one is given, and return them; raises as :func:`write_to`."""
     if folder is not None:
-        place = checked_path("folder", folder)
-        for name, figure in figures.items():
-            write_to(figure, place / f"{name}.png")
+        write_figures(figures, checked_path("folder", folder), ("png",))
     return figures
 
 

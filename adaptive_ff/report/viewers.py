@@ -20,6 +20,7 @@ from adaptive_ff.friction.model import unit_of
 from adaptive_ff.identify.result import LogIdentification
 from adaptive_ff.replay.replay import Replay
 from adaptive_ff.report.table import DEVIATIONS
+from adaptive_ff.scenario.axis_units import axis_unit
 from controllers.arrays import NDArray
 
 Array = NDArray[np.float64]
@@ -54,8 +55,7 @@ def _(result: Comparison) -> list[Topic]:
 
 
 def _of_run(run: Run) -> Iterator[Topic]:
-    linear = run.scenario.joint.axis == "linear"
-    speed, torque = ("m/s", "N") if linear else ("rad/s", "N m")
+    speed, torque = (axis_unit(run.scenario.joint.axis, unit) for unit in ("rad/s", "N m"))
     columns = run.columns()
     error = columns["reference"] - columns["velocity"]
     motion = {name: columns[name] for name in ("reference", "velocity", "measured")} | {"error": error}
