@@ -199,15 +199,15 @@ def test_accepted_period_leaves_one_solution(model, share):
     bending = share * (joint.friction if share > 0.0 else joint.backward).stiction
     speeds = joint.friction.stribeck_velocity * np.geomspace(1e-9, 1e3, 3000)
     speeds = np.concatenate([-speeds[::-1], [0.0], speeds])
-    left = []
-    for w in speeds:
-        curve = joint.friction if w >= 0.0 else joint.backward
-        falling = math.exp(-min(abs(w / curve.stribeck_velocity) ** curve.stribeck_shape, 700.0))
-        level = curve.coulomb + (curve.stiction - curve.coulomb) * falling
-        held = (bending + h * joint.stiffness * w) / (1.0 + h * joint.stiffness * abs(w) / level)
-        damping = joint.damping * math.exp(-min((w / curve.stribeck_velocity) ** 2, 700.0))
-        friction = held + damping * (held - bending) / (h * joint.stiffness) + curve.viscous * w
-        left.append(w + h / joint.inertia * friction)
+    coulomb, stiction, viscous = (
+        np.where(speeds >= 0.0, forward, backward)
+        for forward, backward in zip(joint.friction[:3], joint.backward[:3], strict=True)
+    )
+    ratio, slip = np.abs(speeds) / joint.friction.stribeck_velocity, h * joint.stiffness
+    level = coulomb + (stiction - coulomb) * np.exp(-np.minimum(ratio**joint.friction.stribeck_shape, 700.0))
+    held = (bending + slip * speeds) / (1.0 + slip * np.abs(speeds) / level)
+    damping = joint.damping * np.exp(-np.minimum(ratio**2, 700.0))
+    left = speeds + h / joint.inertia * (held + damping * (held - bending) / slip + viscous * speeds)
     rise, span = np.diff(left), np.diff(speeds)
     # half as fast as w, but for rounding
     assert np.all(rise >= 0.49 * span - 1e-12 * (1.0 + np.abs(left[1:])))
