@@ -1,7 +1,7 @@
 """Observer of the torque that the feedforward lacks, and its gain.
 
     d = 0.85 low-pass(u - fed + J de/dt + sigma e)
-    gain = min(1, 2 R^2),      R^2 = <e0 G d>^2 / (<e0^2> <(G d)^2>)
+    gain = min(1, 2 R^2),      R^2 = <e0 G d>^2 / (max(<e0^2>, noise) <(G d)^2>)
 
 What is fed holds viscous friction along the reference; the joint's own is less by ``sigma e``, which is no disturbance.
 ``e0`` is the error without the observer, ``G d`` the response of the loop to what is observed: how much of that error
@@ -38,13 +38,11 @@ def judged(observer: Observer, bare: float, brought: float, weight: float) -> Ob
     return Observer(observer.torque, observer.gain, error, product, square, observer.handed, observer.shifted)
 
 
-def gate(parameters: AdaptiveParameters, observer: Observer) -> float:
-    """Return the gain from the fraction of the error that the observer explains."""
-    if observer.brought <= 0.0 or observer.error <= 0.0:
-        return observer.gain
-    if observer.product <= 0.0:
+def gate(parameters: AdaptiveParameters, observer: Observer, level: float) -> float:
+    """Return the gain from the fraction of the error that the observer explains; an error has a noise level, rad/s."""
+    if observer.product <= 0.0 or observer.brought <= 0.0:
         return 0.0
-    determination = observer.product / observer.brought * (observer.product / observer.error)
+    determination = observer.product / observer.brought * (observer.product / max(observer.error, level * level))
     return min(1.0, determination / parameters.tuning.explained)
 
 

@@ -159,7 +159,8 @@ def observe(
     if not known or (rests and not moves):
         return observer.torque, observer.gain
     change = (period.error - period.leap - state.error) / inputs.dt
-    return observed(parameters, state, period.torque, period.error, change, inputs.dt), gate(parameters, observer)
+    torque = observed(parameters, state, period.torque, period.error, change, inputs.dt)
+    return torque, gate(parameters, observer, speed_level(parameters, state, 1.0))
 
 
 def step_adaptive(parameters: AdaptiveParameters, state: AdaptiveState, inputs: Inputs) -> tuple[Output, AdaptiveState]:
@@ -184,7 +185,7 @@ def step_adaptive(parameters: AdaptiveParameters, state: AdaptiveState, inputs: 
     fed = feed_in_place(parameters, state, inputs, start, end, middle)
     rests = inputs.reference == 0.0 and start == 0.0 and end == 0.0
     torque, gain = observe(parameters, state, inputs, period, learnt.observer, rests)
-    fades = math.exp(-duration / tuning.peak_memory) if inputs.reference != 0.0 else 1.0
+    fades = math.exp(-duration / tuning.short_memory) if inputs.reference != 0.0 else 1.0
     peak = max(abs(inputs.reference), state.peak * fades)
     fed_gain = next_gain(parameters, state, peak, fed.largest, duration)
     observer, passed = pass_torque(state, fed, learnt.observer, torque, gain, fed_gain)

@@ -14,7 +14,8 @@ class Tuning(NamedTuple):
     load_walk : float
         Random walk of a load (push, payload) in the loud member, in units of friction, squared, per second.
     memory, short_memory : float
-        Time in which estimates return to the prior, s of motion, of the two members.
+        Time in which estimates return to the prior, s of motion, of the two members; the second is also the memory of
+        the peak of the reference, s of motion, and of what a diagnosis needs, s.
     switching : float
         Rate at which the member in force changes, 1/s.
     clip : float
@@ -51,8 +52,6 @@ class Tuning(NamedTuple):
         Speed beyond zero at which friction turns, in changes of velocity that friction makes in a period.
     slow : float
         Peak of the reference over ``F/Kp`` below which a loop is left alone; from twice as much on it is not.
-    peak_memory : float
-        Memory of that peak, s of motion.
     steady : float
         Rate at which the torque that the integral holds is averaged, in ``Ki/Kp``.
     moving : float
@@ -101,7 +100,6 @@ class Tuning(NamedTuple):
     least_deviation: float = 0.01
     hold: float = 0.018
     slow: float = 0.05
-    peak_memory: float = 100.0
     steady: float = 3.0
     moving: float = 20.0
     believed: float = 0.03

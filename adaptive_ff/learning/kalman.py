@@ -24,6 +24,10 @@ SWEEPS = 8
 """Sweeps of the projection at most."""
 
 
+RESOLVED = 1e-8
+"""Least noise over what the covariance predicts: less, and what is left of it is rounding."""
+
+
 class Member(NamedTuple):
     """Estimate and covariance, a lower triangle (``controllers.triangle``); arrays are changed in place."""
 
@@ -131,7 +135,7 @@ def update_in_place(
     """
     predicted, variance = project(member, x, lag, velocity, work)
     mean, covariance = member.mean, member.covariance
-    innovation, spread = y - predicted, variance + noise
+    innovation, spread = y - predicted, variance + max(noise, RESOLVED * variance)
     normalised = innovation / math.sqrt(spread)
     weight = max(1.0, abs(normalised) / clip)
     spread *= weight
