@@ -1,6 +1,5 @@
 """Commands ``adaptive-ff excite`` and ``adaptive-ff commission``: a motion that identifies, and what it leads to."""
 
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -39,8 +38,9 @@ def excite_command(
     with staged_results(output) as results:
         chosen = default_limits(loaded, **vars(limits))
         with bars("motions") as done:
-            progress = partial(done, "motions")
-            motion = exciting_motion(loaded, chosen, period=period, fastest=fastest, workers=None, progress=progress)
+            motion = exciting_motion(
+                loaded, chosen, period=period, fastest=fastest, workers=None, progress=done["motions"]
+            )
         _write_motion(motion, loaded, results.stage)
         results.write(
             "excitation.json",
@@ -96,16 +96,14 @@ def commission_command(
         with bars("motion", "bandwidth") as done:
             if given is None:
                 chosen = default_limits(loaded, **vars(limits))
-                progress = partial(done, "motion")
-                motion, series = record(loaded, chosen, period=period, workers=None, progress=progress)
+                motion, series = record(loaded, chosen, period=period, workers=None, progress=done["motion"])
                 _write_motion(motion, loaded, stage)
                 pictures["excitation"] = plot_excitation(motion, linear=linear)
                 write_csv(stage / "log.csv", series)
                 given = read_log(stage / "log.csv", time="time", velocity="velocity", torque="torque")
                 torque_delay = 0.5 * loaded.sampling.period  # the torque of a row is held over the coming period
             found = identify_log(given, torque_delay=torque_delay, linear=linear)
-            progress = partial(done, "bandwidth")
-            result, study = tuned(identified_scenario(loaded, found), workers=None, progress=progress)
+            result, study = tuned(identified_scenario(loaded, found), workers=None, progress=done["bandwidth"])
             if log is None:
                 gain = gain_on_the_true_joint(loaded, result, study)
         pictures |= found.plot(None) | {"tune": study.plot()}

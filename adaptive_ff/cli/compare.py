@@ -112,7 +112,9 @@ def compare_command(
         try:
             with ThreadPoolExecutor(1) as beside, bars(*loaded.controllers, *mine) as done:
                 beside.submit(import_module, "matplotlib.figure")  # loops and compilers leave it a processor
-                comparison = compare(loaded, own=mine, progress=done, thin=thin, seeds=seeds)
+                comparison = compare(
+                    loaded, own=mine, progress=lambda name, part: done[name](part), thin=thin, seeds=seeds
+                )
         except ArithmeticError as error:
             raise InputError(f"{source}: the simulation fails: {error}") from error
         for name, run in comparison.runs.items():

@@ -5,13 +5,14 @@ import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeRemainingColumn
 
 from adaptive_ff.cli.options import KNOWN_FORMATS, SETTINGS, STANDARD_OUTPUT, Output, TableForm, ViewerOutput
 from adaptive_ff.errors import InputError
@@ -180,8 +181,8 @@ def _place(skip: Any) -> str:
 
 
 @contextmanager
-def bars(*names: str, loop: Any = None) -> Iterator[Callable[[str, float], None]]:
-    """Yield what moves progress bars, by name and fraction done; they show only on a terminal and go when it ends.
+def bars(*names: str, loop: Any = None) -> Iterator[dict[str, Callable[[float], None]]]:
+    """Yield what moves each bar of progress to a fraction done; they show only on a terminal and go when it ends.
 
     A loop that has still to be compiled on this machine is announced; by default that of a run.
     """
@@ -192,8 +193,11 @@ def bars(*names: str, loop: Any = None) -> Iterator[Callable[[str, float], None]
     if not SETTINGS.quiet and not is_cached(run_in_memory if loop is None else loop):
         errors.print(COMPILES)
     with progress_bars(errors) as progress:
-        tasks = {name: progress.add_task(name, total=1.0) for name in names}
-        yield lambda name, fraction: progress.update(tasks[name], completed=fraction)
+        yield {name: partial(_move, progress, progress.add_task(name, total=1.0)) for name in names}
+
+
+def _move(progress: Progress, task: TaskID, fraction: float) -> None:
+    progress.update(task, completed=fraction)
 
 
 def progress_bars(errors: Console) -> Progress:

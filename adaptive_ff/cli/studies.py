@@ -1,6 +1,5 @@
 """Commands ``scenarios``, ``matrix`` and ``sweep``: the scenarios of the package, controllers over many, or joints."""
 
-from functools import partial
 from pathlib import Path
 from textwrap import fill
 from typing import Annotated
@@ -50,7 +49,7 @@ def matrix_command(
     jobs = [Job(scenario, seed, fast) for fast in loops for scenario in scenarios for seed in range(1, seeds + 1)]
     with workers(scheduler) as executor, bars("runs") as done:
         names = list(dict.fromkeys([BASELINE, *chosen]))
-        found = run_matrix(jobs, names, output.out, own=mine, executor=executor, progress=partial(done, "runs"))
+        found = run_matrix(jobs, names, output.out, own=mine, executor=executor, progress=done["runs"])
     figures = write_matrix(found, output.out, output.drawn)
     with staged_results(output) as results:
         title = f"{len(scenarios)} scenarios, seeds 1 to {seeds}"
@@ -95,7 +94,7 @@ def sweep_command(
                 further=controller or [],
                 folder=output.out,
                 executor=executor,
-                progress=partial(done, "joints"),
+                progress=done["joints"],
             )
         refused = [f"{count} joints refused: {reason}" for reason, count in refusals(outcomes).items()]
         if all(outcome.refused for outcome in outcomes):

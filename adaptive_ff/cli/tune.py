@@ -1,6 +1,5 @@
 """Command ``adaptive-ff tune``."""
 
-from functools import partial
 from typing import Annotated
 
 import typer
@@ -50,7 +49,7 @@ def tune_command(
                 tuning_seeds=range(FIRST_TUNING_SEED, FIRST_TUNING_SEED + tuning_seeds),
                 reported_seeds=range(1, seeds + 1),
                 workers=None,
-                progress=partial(done, "bandwidths"),
+                progress=done["bandwidths"],
             )
         write_csv(results.stage / "tune.csv", study.columns())
         legend = [END_LEGEND] if any(one.at_an_end for one in study.own.values()) else []

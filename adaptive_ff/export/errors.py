@@ -1,8 +1,9 @@
 """What is said of a kernel or a controller that cannot be exported, or compiled."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 from adaptive_ff.errors import InputError
 from controllers.kernels.compiler import FLAGS, NoCompiler, compile_files
@@ -22,9 +23,16 @@ def exporting() -> Iterator[None]:
         raise NotExportable(f"cannot be exported: {error}") from error
 
 
-def compile_export(sources: Sequence[Path], library: Path, flags: Sequence[str] = ()) -> None:
-    """Compile exported sources into a shared library."""
-    try:
-        compile_files(sources, library, [*FLAGS, "-shared", *flags])
-    except NoCompiler as error:
-        raise InputError(str(error)) from error
+@contextmanager
+def compiled(texts: Mapping[str, str], flags: Sequence[str] = ()) -> Iterator[Path]:
+    """Write exported files, compile those that are sources, and yield the shared library, which is there meanwhile."""
+    with TemporaryDirectory(ignore_cleanup_errors=True) as folder:
+        files = [Path(folder, name) for name in texts]
+        for file, text in zip(files, texts.values(), strict=True):
+            file.write_text(text, encoding="ascii")
+        library = Path(folder, "library.so")
+        try:
+            compile_files([file for file in files if file.suffix == ".c"], library, [*FLAGS, "-shared", *flags])
+        except NoCompiler as error:
+            raise InputError(str(error)) from error
+        yield library

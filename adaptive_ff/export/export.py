@@ -1,6 +1,5 @@
 """A controller prepared for export: its kernels translated, its numbers listed."""
 
-import copy
 import keyword
 import re
 from functools import cached_property
@@ -46,7 +45,6 @@ class Export:
             raise NotExportable(f"prefix = {prefix!r} is not allowed: {prefix}.c or {prefix}.h is another file already")
         self.controller = controller
         self.prefix = prefix
-        self.upper = prefix.upper()
         self.single = single
         self.precision = SINGLE if single else DOUBLE
         self.fresh = new_one(controller)
@@ -77,10 +75,6 @@ class Export:
     def recording(self) -> Recording:
         """A run of the controller in Python from the state that it starts in."""
         return record(self.controller)
-
-    def copy(self) -> Controller:
-        """Return a copy of the controller with its state."""
-        return copy.deepcopy(self.controller)
 
     @property
     def input_names(self) -> tuple[str, ...]:

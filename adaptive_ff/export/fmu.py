@@ -2,15 +2,12 @@
 
 import hashlib
 import io
-import math
 import platform
-import tempfile
 import zipfile
 from dataclasses import dataclass
 from importlib.metadata import version as package_version
-from pathlib import Path
 
-from adaptive_ff.export.errors import compile_export
+from adaptive_ff.export.errors import compiled
 from adaptive_ff.export.export import Export
 from adaptive_ff.export.sample import optional_inputs
 from adaptive_ff.export.source import estimate_unit, header, rendered, source
@@ -104,23 +101,11 @@ def model_description(export: Export, version: str, token: str) -> str:
 
 def fmu_source(export: Export, version: str, token: str) -> str:
     """Return the source around the header, with the value references of ``fmu_variables``."""
-    regressors, estimates = regressor_count(export), len(export.controller.estimate_names)
     setters = [f"instance->inputs.{c_name(name)}" for name in export.input_names if name != "dt"]
-    setters += [f"instance->regressors[{place}]" for place in range(regressors)]
+    setters += [f"instance->regressors[{place}]" for place in range(regressor_count(export))]
     getters = [*setters, *(f"instance->output.{c_name(name)}" for name, _ in export.output.fields)]
-    getters += [f"instance->estimates[{place}]" for place in range(estimates)]
-    return rendered(
-        f"fmi{version[0]}.c",
-        export,
-        token=token,
-        unknown=export.precision.literal(math.nan),
-        setters=setters,
-        getters=getters,
-        knowable=[c_name(name) for name in optional_inputs()],
-        switches=export.switches,
-        regressors=regressors,
-        estimates=estimates,
-    )
+    getters += [f"instance->estimates[{place}]" for place in range(len(export.controller.estimate_names))]
+    return rendered(f"fmi{version[0]}.c", export, token=token, setters=setters, getters=getters)
 
 
 def fmu(export: Export, version: str) -> bytes:
@@ -137,18 +122,10 @@ def fmu(export: Export, version: str) -> bytes:
     system = platform.system()
     place = PLATFORMS.get((system, platform.machine()), {}).get(version)
     if place is not None and compiler() is not None:
-        files[f"binaries/{place}/{prefix}{'.dylib' if system == 'Darwin' else '.so'}"] = _binary(prefix, sources)
+        with compiled(sources) as library:
+            files[f"binaries/{place}/{prefix}{'.dylib' if system == 'Darwin' else '.so'}"] = library.read_bytes()
     archive = io.BytesIO()
     with zipfile.ZipFile(archive, "w", zipfile.ZIP_DEFLATED) as packed:
         for name, content in files.items():
             packed.writestr(zipfile.ZipInfo(name), content, zipfile.ZIP_DEFLATED)  # no date: same bytes each time
     return archive.getvalue()
-
-
-def _binary(prefix: str, sources: dict[str, str]) -> bytes:
-    with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
-        for name, text in sources.items():
-            (Path(folder) / name).write_text(text, encoding="ascii")
-        library = Path(folder) / "library"
-        compile_export([Path(folder) / f"{prefix}.c", Path(folder) / f"{prefix}_fmu.c"], library)
-        return library.read_bytes()

@@ -2,13 +2,12 @@
 
 import copy
 import re
-import tempfile
 from pathlib import Path
 from typing import Any
 
-from adaptive_ff.errors import InputError
+from adaptive_ff.errors import InputError, library
 from adaptive_ff.export.buffer import state_from_bytes, state_to_bytes
-from adaptive_ff.export.errors import compile_export
+from adaptive_ff.export.errors import compiled
 from adaptive_ff.export.export import Export
 from adaptive_ff.export.source import header, source
 from controllers import Controller, Output
@@ -25,11 +24,7 @@ class InC:
     takes the controller over: it must not be stepped on its own any more.
     """
 
-    def __init__(self, controller: Controller, library: Path, declarations: str, single: bool) -> None:
-        import cffi
-
-        ffi = cffi.FFI()
-        ffi.cdef(declarations)
+    def __init__(self, controller: Controller, ffi: Any, library: Path, single: bool) -> None:
         self.__dict__.update(  # not by setting attributes, which are the controller's
             _ffi=ffi,
             _library=ffi.dlopen(str(library)),
@@ -137,20 +132,12 @@ def run_in_c(controller: Controller, *, single: bool = False) -> Any:
     InputError
         The controller cannot be exported, or there is no ``cffi`` or no C compiler.
     """
-    try:
-        import cffi  # noqa: F401
-    except ImportError as error:
-        raise InputError("cffi is not installed: pip install cffi") from error
+    ffi = library("cffi").FFI()
     export = Export(controller, PREFIX, single)
-    declared = header(export)
-    own = export.copy()
-    with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
-        (Path(folder) / f"{PREFIX}.h").write_text(declared, encoding="ascii")
-        file = Path(folder) / f"{PREFIX}.c"
-        file.write_text(source(export), encoding="ascii")
-        library = Path(folder) / "controller.so"
-        compile_export([file], library, ["-fvisibility=default"])
-        return InC(own, library, declarations(declared), export.single)
+    sources = {f"{PREFIX}.h": header(export), f"{PREFIX}.c": source(export)}
+    ffi.cdef(declarations(sources[f"{PREFIX}.h"]))
+    with compiled(sources, ["-fvisibility=default"]) as built:
+        return InC(copy.deepcopy(controller), ffi, built, export.single)
 
 
 def declarations(text: str) -> str:

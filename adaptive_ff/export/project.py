@@ -1,7 +1,6 @@
 """The folder of an exported controller: its source, a test of it against a recorded run, an example of its use."""
 
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -14,7 +13,6 @@ from adaptive_ff.files import staged
 from controllers import Controller, feedback_state
 from controllers.checks import checked_switch
 from controllers.interface import inertia_of
-from controllers.kernels.literals import c_name
 
 TOLERANCE = {False: 1e-9, True: 7e-5}
 """Largest difference to the recorded run, as a fraction of its largest torque, in double and in single precision.
@@ -40,43 +38,24 @@ def project_files(export: Export) -> dict[str, str]:
 
 def self_test(export: Export) -> str:
     """Return a program that repeats a recorded run."""
-    recording, names = export.recording, export.input_names
-    outputs = [name for name, _ in export.output.fields]
+    recording = export.recording
     torques = recording.outputs[np.isfinite(recording.outputs)]
-    tolerance = TOLERANCE[export.single]
     return rendered(
         "selftest.c",
         export,
-        samples=len(recording.inputs),
-        tolerance=tolerance,
+        tolerance=TOLERANCE[export.single],
+        recording=recording,
         largest=max(float(np.max(np.abs(torques))), 1e-300),
-        columns=", ".join(names),
-        width=len(names),
-        inputs=_rows(export, recording.inputs),
-        outputs_columns=", ".join(outputs),
-        outputs_width=len(outputs),
-        outputs=_rows(export, recording.outputs),
-        given="\n".join(f"        inputs.{c_name(name)} = INPUTS[k][{i}];" for i, name in enumerate(names)),
-        found=", ".join(f"(double)output.{c_name(name)}" for name in outputs),
+        outputs=[name for name, _ in export.output.fields],
     )
 
 
-def _rows(export: Export, table: Any) -> str:
-    literal = export.precision.literal
-    rows = [[literal(float(item)) for item in row] for row in table.tolist()]
-    return "\n".join(f"    {{{', '.join(row)}}}," for row in rows)
-
-
 def example(export: Export) -> str:
-    """Return a program that runs the controller in a loop."""
-    return rendered("main.c", export, zero=export.precision.literal(0.0), inertia=_inertia(export))
-
-
-def _inertia(export: Export) -> str:
-    """Return the inertia that the controller was made with, or one that the loop of its gains is stable with."""
+    """Return a program that runs the controller in the loop of its inertia, or of one that is stable with its gains."""
     controller = export.controller
     stable = SAMPLES_TO_FOLLOW * feedback_state(controller.parameters).proportional * controller.period
-    return f"{inertia_of(controller.parameters).get('inertia', max(stable, 1e-6)):g}"
+    inertia = inertia_of(controller.parameters).get("inertia", max(stable, 1e-6))
+    return rendered("main.c", export, inertia=f"{inertia:g}")
 
 
 def export_controller(

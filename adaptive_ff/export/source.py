@@ -6,6 +6,7 @@ These are ``templates/*.jinja``, in which the files can be read as they are.
 import importlib
 import math
 from importlib.metadata import version
+from textwrap import wrap
 from typing import Any
 
 import numpy as np
@@ -21,18 +22,29 @@ from controllers.kernels.literals import c_name
 from controllers.kernels.memory import Leaf, value_at
 from controllers.kernels.types import Array, Line, Record, Type, passed_by_pointer
 
-WIDTH = 100
+WIDTH = 101
 """Longest initialiser on one line."""
 
 
 def rendered(name: str, export: Export, **values: Any) -> str:
-    """Return a file of an export by the name of its template, with the values that stand in it."""
+    """Return a file of an export by the name of its template, with what all may use and the values of this one."""
+    unchecked = unchecked_inputs()
     common = {
         "export": export,
-        "prefix": export.prefix,
-        "upper": export.upper,
+        "p": export.prefix,
+        "P": export.prefix.upper(),
         "real": export.precision.real,
         "title": plain(export.title),
+        "state": export.unit.c_type(export.state),
+        "arrays": arrays_of(export.state_leaves),
+        "optional": optional_inputs(),
+        "finite": [name for name in export.input_names if name not in unchecked],
+        "estimates": [(name, estimate_unit(name)) for name in export.controller.estimate_names],
+        "largest": LARGEST_REGRESSOR,
+        "nan": math.nan,
+        "literal": export.precision.literal,
+        "comment": comment_lines,
+        "c_name": c_name,
     }
     return template("adaptive_ff.export", name).render(common | values)
 
@@ -40,12 +52,10 @@ def rendered(name: str, export: Export, **values: Any) -> str:
 def header(export: Export) -> str:
     """Return the header."""
     cls = type(export.controller).__name__
-    introduction = rendered("header_comment.txt", export, version=version("adaptive-ff"), cls=cls)
     return rendered(
         "controller.h",
         export,
-        **_common(export),
-        introduction=introduction,
+        introduction=rendered("header_comment.txt", export, version=version("adaptive-ff"), cls=cls),
         state_size=HEADER.size + export.payload_size,
         state_arrays=arrays_struct(export, f"{export.prefix}_StateArrays", "Arrays of the state.", export.state_leaves),
     )
@@ -65,7 +75,6 @@ def source(export: Export) -> str:
     return rendered(
         "controller.c",
         export,
-        **_common(export),
         kernels=_translated(export),
         passed=passed,
         result=export.unit.c_type(result),
@@ -78,25 +87,6 @@ def source(export: Export) -> str:
         magic=int.from_bytes(MAGIC, "little"),
         bits="uint32_t" if export.single else "uint64_t",
     )
-
-
-def _common(export: Export) -> dict[str, Any]:
-    """Return what both templates are given."""
-    unchecked = unchecked_inputs()
-    return {
-        "p": export.prefix,
-        "P": export.upper,
-        "state": export.unit.c_type(export.state),
-        "arrays": arrays_of(export.state_leaves),
-        "optional": optional_inputs(),
-        "finite": [name for name in export.input_names if name not in unchecked],
-        "estimates": [(name, estimate_unit(name)) for name in export.controller.estimate_names],
-        "largest": LARGEST_REGRESSOR,
-        "nan": math.nan,
-        "literal": export.precision.literal,
-        "comment": comment_lines,
-        "c_name": c_name,
-    }
 
 
 def estimate_unit(name: str) -> str:
@@ -185,16 +175,9 @@ def _numbers(export: Export, array: Any, where: str, depth: int) -> str:
         inner = "    " * (depth + 1)
         rows = [f"{inner}{_numbers(export, row, where, depth + 1)}," for row in array]
         return "{\n" + "\n".join(rows) + "\n" + "    " * depth + "}"
-    items = [export.precision.literal(item, where) for item in array.tolist()]
-    lines: list[str] = []
-    line = ""
-    for item in items:
-        if line and len(line) + len(item) > WIDTH:
-            lines.append(line)
-            line = ""
-        line += f"{item}, "
-    lines.append(line)
-    return "{" + ("\n" + "    " * (depth + 1)).join(part.rstrip() for part in lines).removesuffix(",") + "}"
+    items = ", ".join(export.precision.literal(item, where) for item in array.tolist())
+    lines = wrap(f"{items},", WIDTH, break_long_words=False, break_on_hyphens=False)
+    return "{" + ("\n" + "    " * (depth + 1)).join(lines).removesuffix(",") + "}"
 
 
 def state_tables(export: Export) -> str:

@@ -1,10 +1,8 @@
 """Diagnosis of the adaptive controller in words."""
 
 import io
-from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 from rich.console import Console
 
 from adaptive_ff.adaptive.diagnosis import Code, Diagnosis, Finding
@@ -65,23 +63,18 @@ def map_sentences(learnt: LearntMap | None) -> list[str]:
     said: list[str] = []
     if learnt is None:
         return said
-    if learnt.factor.size and max(learnt.factor) - min(learnt.factor) > LEAST_VARIATION:
-        said.append(position_sentence(learnt.position, learnt.factor, learnt.periods))
+    factor, position = learnt.factor, learnt.position
+    if factor.size and np.ptp(factor) > LEAST_VARIATION:
+        high, low = np.argmax(factor), np.argmin(factor)
+        repeats = f", and repeats every {learnt.periods[0]:.3g} rad" if len(learnt.periods) == 1 else ""
+        said.append(
+            f"Friction depends on position: it rises by {100.0 * (factor[high] - 1.0):.0f} % at {position[high]:.3g} "
+            f"rad and falls by {100.0 * (1.0 - factor[low]):.0f} % at {position[low]:.3g} rad{repeats}."
+        )
     if slope := learnt.load_share:
         change = "rises" if slope > 0.0 else "falls"
         said.append(f"Friction {change} by {100.0 * abs(slope):.2g} % for each N m of known torque.")
     return said
-
-
-def position_sentence(position: NDArray[np.float64], factor: NDArray[np.float64], periods: Sequence[float]) -> str:
-    """Return where friction over its mean rises and falls, and by how much."""
-    high, low = int(np.argmax(factor)), int(np.argmin(factor))
-    rise, fall = 100.0 * (factor[high] - 1.0), 100.0 * (1.0 - factor[low])
-    repeats = f", and repeats every {periods[0]:.3g} rad" if len(periods) == 1 else ""
-    return (
-        f"Friction depends on position: it rises by {rise:.0f} % at {position[high]:.3g} rad and falls by "
-        f"{fall:.0f} % at {position[low]:.3g} rad{repeats}."
-    )
 
 
 def diagnosis_table(diagnosis: Diagnosis) -> Table:

@@ -98,12 +98,13 @@ def plot_bandwidths(study: BandwidthStudy) -> Figure:
         Panel(f"settled rms error ({speed}); dots: recommended", curves),
         Panel("maximum sensitivity", margin),
     ]
-    given = not study.scenario.feedback.is_auto and np.isfinite(study.scenario.feedback.hertz)
-    keys = [look for *_, look in curves] + [LOADED] + ([GIVEN] if given else [])
+    feedback = study.scenario.feedback
+    given: list[tuple[float, Look]] = (
+        [] if feedback.is_auto or not np.isfinite(feedback.hertz) else [(feedback.hertz, GIVEN)]
+    )
+    keys = [*(look for *_, look in curves), LOADED, *(look for _, look in given)]
     with rc_context(STYLE):
-        figure, (above, below) = picture(panels, 6.0, "bandwidth of the PI loop (Hz)", keys=keys)
-        for axes in (above, below) if given else ():
-            axes.axvline(study.scenario.feedback.hertz, **{**GIVEN, "label": None})
+        figure, (above, below) = picture(panels, 6.0, "bandwidth of the PI loop (Hz)", keys=keys, marks=given)
         above.set_yscale("log")
         below.set_xscale("log")
         for axis in (above.yaxis, below.xaxis):
