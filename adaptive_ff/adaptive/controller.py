@@ -132,7 +132,7 @@ class AdaptiveController(IdentifyingController):
     """
 
     monitor_names = ("change_probability", "observer_gain", "observer_torque")
-    state_version = 7
+    state_version = 8
 
     def __init__(
         self,
@@ -241,12 +241,12 @@ class AdaptiveController(IdentifyingController):
     @property
     def feedforward_lag(self) -> float:
         """Friction lag that the feedforward is computed with, s."""
-        return math.exp(self.state.mean[-2])
+        return math.exp(self.state.estimate.mean[-2])
 
     @property
     def learnt_map(self) -> LearntMap | None:
         """Friction over position and load as it is learnt and fed; None for a controller without a map."""
-        return read_map(self.parameters.hypothesis, self.state.mean)
+        return read_map(self.parameters.hypothesis, self.state.estimate.mean)
 
     @property
     def depends_on_position(self) -> bool:
@@ -302,9 +302,7 @@ class AdaptiveController(IdentifyingController):
             feedback=state.feedback,
             friction=initial_friction_state(parameters.hypothesis),
             response=initial_response(parameters.prior.mean.size + 3, parameters.feedback.delay),
-            quiet=state.quiet,
-            loud=state.loud,
-            mean=state.mean,
+            estimate=state.estimate,
             given=state.given,
             regressors=state.regressors,
             weight=state.weight,

@@ -15,7 +15,7 @@ from adaptive_ff.adaptive.extensions.over_position import LearntMap
 from adaptive_ff.friction.columns import INERTIA
 from adaptive_ff.friction.identifying import IdentifyingController
 from adaptive_ff.friction.model import GRAVITY, RIPPLE, unit_of
-from adaptive_ff.learning.kalman import LOOP, Member
+from adaptive_ff.learning.kalman import LOOP, Estimate
 from adaptive_ff.reported import Reported
 from controllers.triangle import packed, unpacked
 
@@ -179,8 +179,8 @@ def _parameters(controller: IdentifyingController) -> Iterator[ParameterDiagnosi
     first = np.zeros((units.size, units.size))
     first[LOOP:, LOOP:] = unpacked(parameters.prior.covariance) * np.outer(units[LOOP:], units[LOOP:])
     first[1, 1] = (parameters.tuning.load * state.unit) ** 2
-    member = Member(state.mean, packed(first))
-    before = deviations(parameters, state._replace(quiet=member, loud=member), len(controller.estimate_names))
+    known = state._replace(estimate=Estimate(state.estimate.mean, packed(first)))
+    before = deviations(parameters, known, len(controller.estimate_names))
     now = deviations(parameters, state, len(controller.estimate_names))
     for (name, estimate), spread, prior in zip(
         controller.estimates.items(), now.tolist(), before.tolist(), strict=True
@@ -246,7 +246,7 @@ def _suspect(controller: IdentifyingController, known: Mapping[str, ParameterDia
     ratio = inertia.estimate / assumed
     if not 1.0 / FAR < ratio < FAR and abs(inertia.estimate - assumed) > SURE * inertia.uncertainty:
         yield Finding(Code.INERTIA_FAR, ("inertia",), {"ratio": ratio, "assumed": assumed})
-    coefficients = controller.state.mean[LOOP:]
+    coefficients = controller.state.estimate.mean[LOOP:]
     places = {"inertia": INERTIA, "friction_lag": -2, "stribeck_velocity": -1}
     for name, place in places.items():
         if coefficients[place] <= prior.lowest[place] or coefficients[place] >= prior.highest[place]:

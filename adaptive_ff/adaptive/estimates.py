@@ -22,7 +22,7 @@ OFFSET = 5
 
 def write_physical(parameters: AdaptiveParameters, state: AdaptiveState, row: Array) -> None:
     """Write the physical estimates, in the order of their names; the offset where the row has a place for it."""
-    hypothesis, mean = parameters.hypothesis, state.mean
+    hypothesis, mean = parameters.hypothesis, state.estimate.mean
     paths, reach = 0.0, 0.0
     for i in range(hypothesis.distances.size):
         part = mean[LOOP + PATHS + i]
@@ -51,7 +51,7 @@ ESTIMATES[AdaptiveParameters] = write_physical
 
 def fill_slopes(parameters: AdaptiveParameters, state: AdaptiveState, slopes: Array) -> None:
     """Write the derivatives of the physical estimates, a row each, with respect to the states of the filter."""
-    hypothesis, mean = parameters.hypothesis, state.mean
+    hypothesis, mean = parameters.hypothesis, state.estimate.mean
     count, paths, further, last = slopes.shape[0], hypothesis.distances.size, hypothesis.regressors, mean.size - 1
     for row in range(count):
         for column in range(mean.size):
@@ -84,28 +84,21 @@ def fill_slopes(parameters: AdaptiveParameters, state: AdaptiveState, slopes: Ar
 
 
 def write_deviations(parameters: AdaptiveParameters, state: AdaptiveState, slopes: Array, row: Array) -> None:
-    """Write the standard deviations of the physical estimates in a row, and their slopes.
-
-    The covariance is that of the two members together: the mean of theirs, and what their means differ by.
-    """
+    """Write the standard deviations of the physical estimates in a row, and their slopes."""
     fill_slopes(parameters, state, slopes)
-    quiet, loud, weight = state.quiet, state.loud, state.weight
+    covariance = state.estimate.covariance
     for k in range(row.size):
         total = 0.0
-        for i in range(state.mean.size):
+        for i in range(state.estimate.mean.size):
             if slopes[k, i] != 0.0:
-                apart = weight * (1.0 - weight) * (loud.mean[i] - quiet.mean[i])
                 for j in range(i + 1):
-                    if slopes[k, j] != 0.0:
-                        place = row_of(i) + j
-                        mixed = (1.0 - weight) * quiet.covariance[place] + weight * loud.covariance[place]
-                        mixed += apart * (loud.mean[j] - quiet.mean[j])
-                        total += (2.0 if j < i else 1.0) * slopes[k, i] * mixed * slopes[k, j]
+                    twice = 2.0 if j < i else 1.0
+                    total += twice * slopes[k, i] * covariance[row_of(i) + j] * slopes[k, j]
         row[k] = math.sqrt(max(total, 0.0))
 
 
 def deviations(parameters: AdaptiveParameters, state: AdaptiveState, count: int) -> Array:
     """Return the standard deviations of so many physical estimates."""
     found = np.zeros(count)
-    write_deviations(parameters, state, np.zeros((count, state.mean.size)), found)
+    write_deviations(parameters, state, np.zeros((count, state.estimate.mean.size)), found)
     return found

@@ -67,7 +67,7 @@ def friction_over_paths(state: AdaptiveState) -> float:
     """Return the Coulomb friction that follows over paths, N m."""
     total = 0.0
     for i in range(state.friction.bent.size):
-        total += state.mean[LOOP + PATHS + i]
+        total += state.estimate.mean[LOOP + PATHS + i]
     return total
 
 
@@ -112,7 +112,7 @@ def feed_in_place(
     position : float
         Position in the middle of it, rad; not a number where it is not known.
     """
-    machine, mean, psi = parameters.machine, state.mean, state.psi
+    machine, mean, psi = parameters.machine, state.estimate.mean, state.psi
     paths, last = friction_over_paths(state), mean.size - 1
     coulomb, stiction = mean[LOOP + COULOMB], mean[LOOP + STICTION]
     largest = max(coulomb, stiction) + paths

@@ -2,9 +2,9 @@
 
     y = e + G fed = sum_i theta_i (G psi_i) + x_v + noise
 
-Two members interact: one with little unexplained torque and a long memory; one with much, a load that walks at random,
-and a short memory. A joint that is apart from its
-reference has friction that the reference does not tell: white torque of the size of friction.
+Torque that no column explains is white, in two modes: little of it; or much of it, a load that walks at random, and a
+short memory. A joint that is apart from its reference has friction that the reference does not tell: white torque of
+the size of friction.
 """
 
 import math
@@ -13,21 +13,15 @@ from adaptive_ff.adaptive.state import AdaptiveParameters, AdaptiveState, Interv
 from adaptive_ff.adaptive.tuning import Tuning
 from adaptive_ff.learning.kalman import (
     LOOP,
+    Modes,
     constrain_in_place,
     flow_in_place,
     forget_loop_in_place,
-    mix_in_place,
     return_in_place,
     update_in_place,
 )
 from controllers import Inputs
 from controllers.triangle import row_of
-
-CERTAIN = 1e-6
-"""Least probability of a member."""
-
-FARTHEST = 50.0
-"""Largest logarithm of the odds of one interval."""
 
 
 def next_noise(noise: Noise, tuning: Tuning, mean: float, duration: float) -> Noise:
@@ -68,44 +62,38 @@ def distance_apart(velocity: float, reference: float, level: float) -> float:
 def begin_in_place(parameters: AdaptiveParameters, state: AdaptiveState) -> None:
     """Forget the states of the loop, which belong to the motion before, at the first sample."""
     spread = parameters.tuning.load * state.unit if state.unit > parameters.machine.first_unit else 0.0
-    forget_loop_in_place(state.quiet, spread)
-    forget_loop_in_place(state.loud, spread)
-    for i in range(LOOP):
-        state.mean[i] = 0.0
+    forget_loop_in_place(state.estimate, spread)
     for i in range(state.given.size):
-        state.given[i] = state.mean[LOOP + i]
+        state.given[i] = state.estimate.mean[LOOP + i]
 
 
 def learn_in_place(
     parameters: AdaptiveParameters, state: AdaptiveState, noise: Noise, interval: Interval, moving: bool
 ) -> tuple[float, float]:
-    """Advance both members by an interval; return the probability of the loud one, and the normalised innovation."""
+    """Advance the filter by an interval; return the probability of the loud mode, and the normalised innovation."""
     tuning, pi, duration, known = parameters.tuning, parameters.feedback, interval.duration, interval.lost == 0
-    rate, innovation = duration / parameters.machine.inertia, 0.0
+    estimate, rate, innovation = state.estimate, duration / parameters.machine.inertia, 0.0
+    lag, velocity = estimate.mean[estimate.mean.size - 2], estimate.mean[estimate.mean.size - 1]
     torque, apart = state.unit * rate, interval.apart / interval.samples
     proportional, integral = (pi.proportional, pi.integral * duration) if known else (0.0, 0.0)
-    weight = mix_in_place(state.quiet, state.loud, state.weight, min(0.5, tuning.switching * duration))
-    unknown = torque * torque * (apart * apart if known else 1.0)
-    white = 0.01 / duration * torque * torque
-    flow_in_place(state.quiet, rate, proportional, integral, tuning.quiet * white + unknown)
-    flow_in_place(state.loud, rate, proportional, integral, tuning.loud * white + unknown)
-    state.loud.covariance[2] += tuning.load_walk * state.unit * state.unit * duration
+    changes = min(0.5, tuning.switching * duration)
+    weight = state.weight * (1.0 - changes) + (1.0 - state.weight) * changes
+    flow_in_place(estimate, rate, proportional, integral, torque * torque * (apart * apart if known else 1.0))
+    estimate.covariance[2] += weight * tuning.load_walk * state.unit * state.unit * duration
     if moving:
-        return_in_place(state.quiet, parameters.prior, state.unit, math.exp(-duration / parameters.machine.memory))
-        return_in_place(state.loud, parameters.prior, state.unit, math.exp(-duration / tuning.short_memory))
+        pace = (1.0 - weight) / parameters.machine.memory + weight / tuning.short_memory
+        return_in_place(estimate, parameters.prior, state.unit, math.exp(-duration * pace))
+    white = 0.01 / duration * torque * torque
+    modes = Modes(tuning.quiet * white, tuning.loud * white, weight)
     if known and noise.variance >= 0.0:
         variance = max(noise.variance, least_noise(parameters, state, duration))
-        y, last = interval.output / interval.samples, state.mean.size - 1
-        lag, velocity = state.mean[last - 1], state.mean[last]
-        innovation, one = update_in_place(state.quiet, state.sums, y, variance, tuning.clip, lag, velocity, state.work)
-        _, two = update_in_place(state.loud, state.sums, y, variance, tuning.clip, lag, velocity, state.work)
-        constrain_in_place(state.quiet, parameters.prior, state.multipliers)
-        constrain_in_place(state.loud, parameters.prior, state.multipliers)
-        odds = math.exp(min(FARTHEST, max(-FARTHEST, one - two)))
-        weight = weight / (weight + (1.0 - weight) * odds)
-        weight = min(max(weight, CERTAIN), 1.0 - CERTAIN)
-    for i in range(state.mean.size):
-        state.mean[i] = (1.0 - weight) * state.quiet.mean[i] + weight * state.loud.mean[i]
+        y = interval.output / interval.samples
+        innovation, weight = update_in_place(
+            estimate, state.sums, y, variance, modes, tuning.clip, lag, velocity, state.work
+        )
+        constrain_in_place(estimate, parameters.prior, state.multipliers)
+    else:
+        estimate.covariance[0] += (1.0 - weight) * modes.quiet + weight * modes.loud
     return weight, innovation
 
 
@@ -116,16 +104,13 @@ def grown_unit(parameters: AdaptiveParameters, state: AdaptiveState, torque: flo
         return unit
     grown = min(0.5 * torque, 1.1 * unit)
     squares = grown * grown - unit * unit
-    load = parameters.tuning.load * parameters.tuning.load * squares
-    state.quiet.covariance[2] += load
-    state.loud.covariance[2] += load
+    covariance = state.estimate.covariance
+    covariance[2] += parameters.tuning.load * parameters.tuning.load * squares
     for i in range(prior.mean.size):
         before, row = row_of(i), row_of(LOOP + i) + LOOP
         for j in range(i + 1):
             if prior.scaled[i] and prior.scaled[j]:
-                spread = prior.covariance[before + j] * squares
-                state.quiet.covariance[row + j] += spread
-                state.loud.covariance[row + j] += spread
+                covariance[row + j] += prior.covariance[before + j] * squares
     return grown
 
 

@@ -70,6 +70,6 @@ def observed(
         The period, s.
     """
     lacking = torque - delayed(state.modelled, parameters.feedback.delay) + parameters.machine.inertia * acceleration
-    lacking += float(state.mean[LOOP + VISCOUS]) * error
+    lacking += float(state.estimate.mean[LOOP + VISCOUS]) * error
     follows = -math.expm1(-parameters.machine.observer_pole * duration)
     return state.observer.torque + follows * (parameters.tuning.observed_fraction * lacking - state.observer.torque)

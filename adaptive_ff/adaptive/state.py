@@ -6,7 +6,7 @@ import numpy as np
 
 from adaptive_ff.adaptive.tuning import Tuning
 from adaptive_ff.friction.columns import FrictionState, Hypothesis, column_count, initial_friction_state
-from adaptive_ff.learning.kalman import LOOP, Member, Prior
+from adaptive_ff.learning.kalman import LOOP, Estimate, Prior
 from adaptive_ff.learning.response import Response, initial_response
 from controllers import PIParameters, PIState, initial_pi_state
 from controllers.arrays import MutableArray
@@ -163,10 +163,10 @@ class AdaptiveState(NamedTuple):
         State of the PI loop.
     friction, response : FrictionState, Response
         Memory of the columns, and responses of the loop to them.
-    quiet, loud : Member
-        The two members of the filter.
-    mean, given : ndarray
-        Their common estimate, and the coefficients that are fed.
+    estimate : Estimate
+        States of the loop and coefficients.
+    given : ndarray
+        The coefficients that are fed.
     psi, sums : ndarray, shape (n,)
         Columns of the coming period, and sums over an interval of the responses to them.
     work, multipliers : ndarray
@@ -174,7 +174,7 @@ class AdaptiveState(NamedTuple):
     regressors : ndarray
         Further known regressors.
     weight : float
-        Probability of the loud member.
+        Probability of the loud mode.
     noise, interval, observer, watch : Noise, Interval, Observer, Watch
         See there.
     unit : float
@@ -208,9 +208,7 @@ class AdaptiveState(NamedTuple):
     feedback: PIState
     friction: FrictionState
     response: Response
-    quiet: Member
-    loud: Member
-    mean: MutableArray
+    estimate: Estimate
     given: MutableArray
     psi: MutableArray
     sums: MutableArray
@@ -255,9 +253,7 @@ def initial_adaptive_state(parameters: AdaptiveParameters) -> AdaptiveState:
         feedback=initial_pi_state(pi),
         friction=initial_friction_state(parameters.hypothesis),
         response=initial_response(count + RESPONSES, pi.delay),
-        quiet=Member(mean.copy(), packed(covariance)),
-        loud=Member(mean.copy(), packed(covariance)),
-        mean=mean.copy(),
+        estimate=Estimate(mean, packed(covariance)),
         given=mean[LOOP:-2].copy(),
         psi=np.zeros(count),
         sums=np.zeros(count),

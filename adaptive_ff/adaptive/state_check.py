@@ -48,19 +48,13 @@ def check_adaptive_state(parameters: AdaptiveParameters, state: AdaptiveState) -
     for name, array in {**state.response._asdict(), "psi": state.psi, "sums": state.sums}.items():
         if np.any(np.abs(array) > largest):
             raise ValueError(f"state: {name} is not allowed: its numbers must be at most {largest:g}")
-    for name in ("quiet", "loud"):
-        if np.any(np.abs(getattr(state, name).covariance) > largest * largest):
-            raise ValueError(f"state.{name}.covariance is not allowed: no deviation is beyond {largest:g}")
+    if np.any(np.abs(state.estimate.covariance) > largest * largest):
+        raise ValueError(f"state.estimate.covariance is not allowed: no deviation is beyond {largest:g}")
     friction = state.friction
     follows = any(np.any(np.abs(part) > 1.0 / ROUNDING) for part in (friction.lagged, friction.bent))
     if follows or max(abs(friction.direction), abs(friction.held)) > 1.0:
         raise ValueError("state.friction is not allowed: what follows a lag or a path is of the size of one")
-    for name, mean in (("quiet.mean", state.quiet.mean), ("loud.mean", state.loud.mean), ("mean", state.mean)):
-        _check_estimate(parameters, name, mean, largest)
-
-
-def _check_estimate(parameters: AdaptiveParameters, name: str, mean: Any, largest: float) -> None:
-    coefficients = mean[LOOP:]
+    coefficients = state.estimate.mean[LOOP:]
     lowest, highest = parameters.prior.lowest, parameters.prior.highest
     slack = ROUNDING * np.maximum(1.0, np.abs(coefficients))
     outside = (coefficients < lowest - slack) | (coefficients > highest + slack)
@@ -68,7 +62,7 @@ def _check_estimate(parameters: AdaptiveParameters, name: str, mean: Any, larges
     if np.any(outside):
         place = int(np.argmax(outside))
         raise ValueError(
-            f"state.{name}[{LOOP + place}] = {coefficients[place]} is not allowed: "
+            f"state.estimate.mean[{LOOP + place}] = {coefficients[place]} is not allowed: "
             f"it must be from {lowest[place]:g} to {min(highest[place], largest):g}"
         )
 

@@ -247,7 +247,7 @@ def pass_torque(
 
 
 def write_monitors(parameters: AdaptiveParameters, state: AdaptiveState, row: NDArray[np.float64]) -> None:
-    """Write probability of the loud member, gain of the observer, and observed torque that is fed (N m) in a row."""
+    """Write probability of the loud mode, gain of the observer, and observed torque that is fed (N m) in a row."""
     row[0] = state.weight
     row[1] = state.observer.gain
     row[2] = state.observer.gain * state.observer.torque

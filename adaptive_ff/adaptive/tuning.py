@@ -9,15 +9,14 @@ class Tuning(NamedTuple):
     Attributes
     ----------
     quiet, loud : float
-        White torque that no column explains, over 10 ms, in units of friction, squared: of the two members of the
-        filter (interacting multiple models).
+        White torque that no column explains, over 10 ms, in units of friction, squared, in the two modes of the filter.
     load_walk : float
-        Random walk of a load (push, payload) in the loud member, in units of friction, squared, per second.
+        Random walk of a load (push, payload) in the loud mode, in units of friction, squared, per second.
     memory, short_memory : float
-        Time in which estimates return to the prior, s of motion, of the two members; the second is also the memory of
+        Time in which estimates return to the prior, s of motion, in the two modes; the second is also the memory of
         the peak of the reference, s of motion, and of what a diagnosis needs, s.
     switching : float
-        Rate at which the member in force changes, 1/s.
+        Rate at which the mode in force changes, 1/s.
     clip : float
         Standard deviations from which on an innovation counts less (Huber), and a difference raises the noise slowly.
     span : float

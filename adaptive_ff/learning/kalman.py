@@ -2,9 +2,9 @@
 
     y = sum_i theta_i x_i + x_v + noise
 
-``x_v`` and ``x_I`` are two states for what no column explains: white torque through the loop. The filter *is* the
-recursive least squares of the paper behind another regression: with process noise ``(1/lambda - 1) P`` after each
-update, without these two states and with ``G = 1`` it is equations (11) to (13).
+``x_v`` and ``x_I`` are two states for what no column explains: white torque through the loop, much or little of it. The
+filter *is* the recursive least squares of the paper behind another regression: with process noise ``(1/lambda - 1) P``
+after each update, without these two states and with ``G = 1`` it is equations (11) to (13).
 """
 
 import math
@@ -20,6 +20,12 @@ Array = NDArray[np.float64]
 LOOP = 2
 """States of the loop, before the coefficients."""
 
+CERTAIN = 1e-6
+"""Least probability of a mode."""
+
+FARTHEST = 50.0
+"""Largest logarithm of the odds of one interval."""
+
 SWEEPS = 8
 """Sweeps of the projection at most."""
 
@@ -28,11 +34,27 @@ RESOLVED = 1e-8
 """Least noise over what the covariance predicts: less, and what is left of it is rounding."""
 
 
-class Member(NamedTuple):
-    """Estimate and covariance, a lower triangle (``controllers.triangle``); arrays are changed in place."""
+class Estimate(NamedTuple):
+    """Mean and covariance, a lower triangle (``controllers.triangle``); arrays are changed in place."""
 
     mean: MutableArray
     covariance: MutableArray
+
+
+class Modes(NamedTuple):
+    """White torque of two modes, as the velocity that it makes in an interval, and which of them is in force.
+
+    Attributes
+    ----------
+    quiet, loud : float
+        Variance of that velocity, (rad/s)^2.
+    weight : float
+        Probability of the loud mode.
+    """
+
+    quiet: float
+    loud: float
+    weight: float
 
 
 class Prior(NamedTuple):
@@ -45,13 +67,13 @@ class Prior(NamedTuple):
     highest: Array  # shape (n,); upper bounds
 
 
-def flow_in_place(member: Member, rate: float, proportional: float, integral: float, noise: float) -> None:
+def flow_in_place(estimate: Estimate, rate: float, proportional: float, integral: float, noise: float) -> None:
     """Predict the two states of the loop.
 
     Parameters
     ----------
-    member : Member
-        Estimate and covariance.
+    estimate : Estimate
+        Mean and covariance.
     rate : float
         ``T/J``, s/(kg m^2).
     proportional, integral : float
@@ -59,7 +81,7 @@ def flow_in_place(member: Member, rate: float, proportional: float, integral: fl
     noise : float
         Variance of the velocity that a period of unexplained torque makes, (rad/s)^2.
     """
-    mean, covariance = member.mean, member.covariance
+    mean, covariance = estimate.mean, estimate.covariance
     f00, f01 = 1.0 - rate * proportional, -rate
     f10, f11 = integral * f00, 1.0 + integral * f01
     velocity, torque = mean[0], mean[1]
@@ -74,9 +96,9 @@ def flow_in_place(member: Member, rate: float, proportional: float, integral: fl
     covariance[2] = f10 * (f10 * p00 + f11 * p01) + f11 * (f10 * p01 + f11 * p11)
 
 
-def forget_loop_in_place(member: Member, torque: float) -> None:
+def forget_loop_in_place(estimate: Estimate, torque: float) -> None:
     """Begin with a loop at rest whose integral may be wrong by a torque (N m)."""
-    mean, covariance = member.mean, member.covariance
+    mean, covariance = estimate.mean, estimate.covariance
     mean[0], mean[1] = 0.0, 0.0
     for i in range(mean.size):
         row = row_of(i)
@@ -85,9 +107,9 @@ def forget_loop_in_place(member: Member, torque: float) -> None:
     covariance[2] = torque * torque
 
 
-def return_in_place(member: Member, prior: Prior, unit: float, kept: float) -> None:
+def return_in_place(estimate: Estimate, prior: Prior, unit: float, kept: float) -> None:
     """Return to the prior: ``theta = a theta + (1 - a) theta_0``, ``P = a^2 P + (1 - a^2) P_0``, ``a = kept``."""
-    mean, covariance = member.mean, member.covariance
+    mean, covariance = estimate.mean, estimate.covariance
     for i in range(LOOP, mean.size):
         row, before, size = row_of(i), row_of(i - LOOP), unit if prior.scaled[i - LOOP] else 1.0
         gained = (1.0 - kept * kept) * size * size
@@ -101,12 +123,12 @@ def return_in_place(member: Member, prior: Prior, unit: float, kept: float) -> N
             )
 
 
-def project(member: Member, x: Array, lag: float, velocity: float, work: MutableArray) -> tuple[float, float]:
+def project(estimate: Estimate, x: Array, lag: float, velocity: float, work: MutableArray) -> tuple[float, float]:
     """Write ``P h`` into ``work`` for ``h = (1, 0, x)``; return the prediction ``h' m`` and its variance ``h' P h``.
 
     The columns hold at ``lag`` and ``velocity``, logarithms of friction lag and Stribeck velocity.
     """
-    mean, covariance = member.mean, member.covariance
+    mean, covariance = estimate.mean, estimate.covariance
     predicted, variance = mean[0], 0.0
     work[0], work[1] = covariance[0], covariance[1]
     for i in range(x.size):
@@ -127,34 +149,61 @@ def project(member: Member, x: Array, lag: float, velocity: float, work: Mutable
 
 
 def update_in_place(
-    member: Member, x: Array, y: float, noise: float, clip: float, lag: float, velocity: float, work: MutableArray
+    estimate: Estimate,
+    x: Array,
+    y: float,
+    noise: float,
+    modes: Modes,
+    clip: float,
+    lag: float,
+    velocity: float,
+    work: MutableArray,
 ) -> tuple[float, float]:
-    """Take one measurement into account; return its normalised innovation and its log-likelihood.
+    """Take one measurement into account; return its normalised innovation and the probability of the loud mode.
+
+    Each mode updates the same estimate, and what they find is merged into one mean and covariance (generalised pseudo
+    Bayes of first order, Ackerson and Fu 1970). With ``p = P h``, white noise ``q_j`` of the first state ``e`` and
+    innovation ``nu``:
+
+        S_j = h' P h + q_j + R,    K_j = (p + q_j e) / S_j,    w_j ~ w_j exp(-(nu^2 / S_j + ln S_j) / 2)
+        P + sum_j w_j (q_j e e' - S_j K_j K_j') + w_1 w_2 nu^2 (K_2 - K_1) (K_2 - K_1)'
 
     An innovation beyond ``clip`` standard deviations counts less (Huber): its variance is then larger in proportion.
     """
-    predicted, variance = project(member, x, lag, velocity, work)
-    mean, covariance = member.mean, member.covariance
-    innovation, spread = y - predicted, variance + max(noise, RESOLVED * variance)
-    normalised = innovation / math.sqrt(spread)
-    weight = max(1.0, abs(normalised) / clip)
-    spread *= weight
-    likelihood = -0.5 * (innovation * innovation / spread + math.log(spread))
+    predicted, variance = project(estimate, x, lag, velocity, work)
+    mean, covariance = estimate.mean, estimate.covariance
+    innovation, least = y - predicted, variance + max(noise, RESOLVED * variance)
+    quiet, loud = least + modes.quiet, least + modes.loud
+    normalised = innovation / math.sqrt(quiet)
+    quiet *= max(1.0, abs(normalised) / clip)
+    loud *= max(1.0, abs(innovation) / (clip * math.sqrt(loud)))
+    odds = -0.5 * (innovation * innovation * (1.0 / quiet - 1.0 / loud) + math.log(quiet / loud))
+    weight = modes.weight / (modes.weight + (1.0 - modes.weight) * math.exp(min(FARTHEST, max(-FARTHEST, odds))))
+    weight = min(max(weight, CERTAIN), 1.0 - CERTAIN)
+    one, two = (1.0 - weight) / quiet, weight / loud
+    between = weight * (1.0 - weight) * innovation * innovation
+    apart, apart_first = 1.0 / loud - 1.0 / quiet, modes.loud / loud - modes.quiet / quiet  # K_2 - K_1, along p and e
+    along = one + two - between * apart * apart
+    across = one * modes.quiet + two * modes.loud - between * apart * apart_first
+    first = one * modes.quiet * modes.quiet + two * modes.loud * modes.loud - between * apart_first * apart_first
     for i in range(mean.size):
-        row, gain = row_of(i), work[i] / spread
-        mean[i] += gain * innovation
+        row = row_of(i)
+        mean[i] += (one + two) * innovation * work[i]
         for j in range(i + 1):
-            covariance[row + j] -= gain * work[j]
-    return normalised, likelihood
+            covariance[row + j] -= along * work[i] * work[j]
+        covariance[row] -= across * work[i]
+    mean[0] += (one * modes.quiet + two * modes.loud) * innovation
+    covariance[0] += (1.0 - weight) * modes.quiet + weight * modes.loud - first - across * work[0]
+    return normalised, weight
 
 
-def constrain_in_place(member: Member, prior: Prior, multipliers: MutableArray) -> None:
+def constrain_in_place(estimate: Estimate, prior: Prior, multipliers: MutableArray) -> None:
     """Project the estimate onto its bounds, in the metric of ``P^-1`` (Hildreth's dual coordinate ascent).
 
     ``min (theta - m)' P^-1 (theta - m)`` for ``lowest <= theta``: ``theta = m + P lambda``, ``lambda >= 0``. Then all
     are cut off at both bounds.
     """
-    mean, covariance = member.mean, member.covariance
+    mean, covariance = estimate.mean, estimate.covariance
     count = mean.size - LOOP
     violated = False
     for i in range(count - 2):
@@ -177,32 +226,3 @@ def constrain_in_place(member: Member, prior: Prior, multipliers: MutableArray) 
             violated = moved
     for i in range(count):
         mean[LOOP + i] = min(max(mean[LOOP + i], prior.lowest[i]), prior.highest[i])
-
-
-def mix_in_place(first: Member, second: Member, weight: float, rate: float) -> float:
-    """Let two members interact (interacting multiple models, Blom and Bar-Shalom 1988); return the second's weight.
-
-    Parameters
-    ----------
-    first, second : Member
-        The members.
-    weight : float
-        Probability of the second.
-    rate : float
-        Probability that the one in force changes in this period.
-    """
-    following = weight * (1.0 - rate) + (1.0 - weight) * rate
-    to_first, to_second = weight * rate / (1.0 - following), (1.0 - weight) * rate / following
-    a, b, p, q = first.mean, second.mean, first.covariance, second.covariance
-    size = a.size
-    for i in range(size):
-        row, apart = row_of(i), b[i] - a[i]
-        for j in range(i + 1):
-            spread, change = apart * (b[j] - a[j]), q[row + j] - p[row + j]
-            p[row + j] += to_first * change + to_first * (1.0 - to_first) * spread
-            q[row + j] += to_second * (1.0 - to_second) * spread - to_second * change
-    for i in range(size):
-        difference = b[i] - a[i]
-        a[i] += to_first * difference
-        b[i] -= to_second * difference
-    return following

@@ -48,7 +48,7 @@ def arguments(scenario: Scenario, name: str) -> tuple[Any, ...]:
     record = empty_record(setup, len(controller.estimate_names), len(controller.monitor_names))
     run = (controller.parameters, controller.state, setup, start_position(setup), 0, record)
     count = len(controller.estimate_names)
-    return run if name == "pi" else (*run, np.zeros((count, controller.state.mean.size)), np.zeros(count))
+    return run if name == "pi" else (*run, np.zeros((count, controller.state.estimate.mean.size)), np.zeros(count))
 
 
 def _spans(scenario: Scenario) -> Json:

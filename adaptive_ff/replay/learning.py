@@ -7,7 +7,7 @@ import numpy as np
 
 from adaptive_ff.friction.columns import Curve, Hypothesis, columns_along
 from adaptive_ff.identify.motion import Array, Rows
-from adaptive_ff.learning.kalman import LOOP, Member, Prior, constrain_in_place, update_in_place
+from adaptive_ff.learning.kalman import LOOP, Estimate, Modes, Prior, constrain_in_place, update_in_place
 from controllers import compiled
 from controllers.arrays import MutableArray, NDArray
 from controllers.triangle import packed, row_of
@@ -82,18 +82,18 @@ def columns_of(learner: Learner, rows: Rows) -> Array:
     return np.insert(columns, columns.shape[1] - 2, 1.0, axis=1) if learner.offset else columns
 
 
-def initial_state(learner: Learner) -> Member:
+def initial_state(learner: Learner) -> Estimate:
     """Return the state before anything is measured; coefficients in units of their deviations, torque of the usual."""
     size = len(learner.names)
     known = learner.deviation > 0.0
     mean = np.zeros(LOOP + size)
     mean[LOOP:][known] = learner.first[known] / learner.deviation[known]
-    return Member(mean, packed(np.diag(np.append(np.zeros(LOOP), known))))
+    return Estimate(mean, packed(np.diag(np.append(np.zeros(LOOP), known))))
 
 
 @compiled
 def learn_in_place(
-    member: Member,
+    estimate: Estimate,
     prior: Prior,
     columns: Array,
     torque: Array,
@@ -113,23 +113,23 @@ def learn_in_place(
     for k in range(torque.size):
         total = 0.0
         for i in range(size):
-            history[k, i] = member.mean[LOOP + i]
-            total += member.covariance[row_of(LOOP + i) + LOOP + i]
+            history[k, i] = estimate.mean[LOOP + i]
+            total += estimate.covariance[row_of(LOOP + i) + LOOP + i]
         if sliding[k]:
             grown = 1.0 / forgetting if total < most else 1.0
-            for i in range(member.covariance.size):
-                member.covariance[i] *= grown
+            for i in range(estimate.covariance.size):
+                estimate.covariance[i] *= grown
             error = torque[k]
             for i in range(size):
-                error -= columns[k, i] * member.mean[LOOP + i]
-            update_in_place(member, columns[k], torque[k], level, CLIP, 0.0, 0.0, work)
-            constrain_in_place(member, prior, multipliers)
+                error -= columns[k, i] * estimate.mean[LOOP + i]
+            update_in_place(estimate, columns[k], torque[k], level, Modes(0.0, 0.0, 0.5), CLIP, 0.0, 0.0, work)
+            constrain_in_place(estimate, prior, multipliers)
             level = max(forgetting * level + (1.0 - forgetting) * error * error, 1e-6)
 
 
 def learn(
     learner: Learner,
-    member: Member,
+    estimate: Estimate,
     columns: Array,
     torque: Array,
     sliding: NDArray[np.bool_],
@@ -146,7 +146,7 @@ def learn(
     unscaled, unbounded = np.zeros(size, dtype=np.bool_), np.full(size, np.inf)
     prior = Prior(np.zeros(size), np.zeros(size * (size + 1) // 2), unscaled, lowest, unbounded)
     learn_in_place(
-        member,
+        estimate,
         prior,
         np.ascontiguousarray(columns * learner.deviation / learner.torque),
         np.ascontiguousarray(torque / learner.torque),

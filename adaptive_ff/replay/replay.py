@@ -19,7 +19,7 @@ from adaptive_ff.identify.motion import Array, Rows
 from adaptive_ff.identify.preparation import Prepared, prepare
 from adaptive_ff.identify.result import LogIdentification
 from adaptive_ff.identify.units import of_current
-from adaptive_ff.learning.kalman import LOOP, Member
+from adaptive_ff.learning.kalman import LOOP, Estimate
 from adaptive_ff.logs.log import Log, check_log
 from adaptive_ff.replay.learning import Learner, columns_of, initial_state, learn, make_learner
 from adaptive_ff.reported import WORTH, Reported
@@ -253,7 +253,7 @@ def replay_log(
 
 
 def _replayed(
-    prepared: Prepared, rows: Rows, learner: Learner, states: dict[str, Member], memory: float
+    prepared: Prepared, rows: Rows, learner: Learner, states: dict[str, Estimate], memory: float
 ) -> dict[str, tuple[Array, Array]]:
     """Return the torque fed along a segment by what was learnt before each sample, and the estimates, by state."""
     columns = columns_of(learner, rows)
@@ -328,14 +328,14 @@ def _fixed_torque(found: LogIdentification, prepared: Prepared, rows: Rows) -> A
     return np.asarray(data.columns(names, found.best.model.shape) @ [found.best.values[name] for name in names])
 
 
-def _state_to_json(learner: Learner, state: Member) -> str:
+def _state_to_json(learner: Learner, state: Estimate) -> str:
     estimate = state.mean[LOOP:] * learner.deviation
     covariance = unpacked(state.covariance)[LOOP:, LOOP:] * np.outer(learner.deviation, learner.deviation)
     content = {"replay": list(learner.names), "estimate": estimate.tolist(), "covariance": covariance.tolist()}
     return json.dumps(content)
 
 
-def _state_from_json(learner: Learner, text: str) -> Member:
+def _state_from_json(learner: Learner, text: str) -> Estimate:
     """Return a saved state in the units of a learner.
 
     Raises
@@ -358,4 +358,4 @@ def _state_from_json(learner: Learner, text: str) -> Member:
         raise InputError("the saved state holds values that are no finite numbers")
     units = np.where(learner.deviation > 0.0, learner.deviation, 1.0)
     whole = np.pad(covariance / np.outer(units, units), (LOOP, 0))
-    return Member(np.pad(estimate / units, (LOOP, 0)), packed(whole))
+    return Estimate(np.pad(estimate / units, (LOOP, 0)), packed(whole))

@@ -47,14 +47,17 @@ def test_a_ripple_of_a_known_period_is_learnt_and_fed():
 @pytest.mark.parametrize("asked", [{"position_periods": [1.0]}, {"position_hats": 21, "position_range": [0.0, 2.0]}])
 def test_friction_over_position_is_learnt_fed_and_told(asked):
     scenario = SCENARIO.modified(
-        seed=3, duration=60.0, variation={"position_amplitude": 0.4, "position_period": 1.0}, sampling={"period": 0.002}
+        seed=3,
+        duration=120.0,
+        variation={"position_amplitude": 0.4, "position_period": 1.0},
+        sampling={"period": 0.002},
     )
     limit = {"torque_limit": 400.0}
     base = {"inertia": 20.0, "stribeck_velocity": 0.05, "parameters": WITH_OFFSET, **limit}
     informed = AdaptiveController(*scenario.feedback.gains, 0.002, **base, **asked)
     blind = AdaptiveController(*scenario.feedback.gains, 0.002, **base)
     errors = [simulate(scenario, one).metrics.rms_error_settled for one in (informed, blind)]
-    assert errors[0] < errors[1]
+    assert errors[0] < 0.9 * errors[1]
     if "position_periods" in asked:
         learnt = informed.learnt_map
         truth = 1.0 + 0.4 * np.sin(2.0 * math.pi * learnt.position)

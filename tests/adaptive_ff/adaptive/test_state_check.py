@@ -41,7 +41,7 @@ def test_a_state_that_cannot_be_is_refused_with_its_field(path, value, allowed, 
 
 def test_a_state_of_an_older_version_is_refused_and_the_version_named(worked):
     saved = json.loads(worked) | {"version": 2}
-    with pytest.raises(ValueError, match=r"^version of the state = 2 is not allowed: it must be 7$"):
+    with pytest.raises(ValueError, match=r"^version of the state = 2 is not allowed: it must be 8$"):
         make("adaptive", SCENARIO).state_from_json(json.dumps(saved))
 
 

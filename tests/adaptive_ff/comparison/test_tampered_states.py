@@ -91,8 +91,8 @@ def test_a_state_of_another_joint_is_refused_by_name(other, named):
 def test_a_covariance_that_is_none_is_refused(change):
     controller = make("adaptive")
     saved = json.loads(controller.state_to_json())
-    member = saved["state"]["quiet"]
-    member["covariance"] = change(member["covariance"])
+    estimate = saved["state"]["estimate"]
+    estimate["covariance"] = change(estimate["covariance"])
     with pytest.raises(ValueError, match=r"covariance is not allowed: it must be symmetric and positive semi-definite"):
         controller.state_from_json(json.dumps(saved))
 
@@ -116,7 +116,7 @@ def test_a_state_without_version_is_refused():
 def test_a_spoilt_covariance_leaves_the_torque_finite_and_the_joint_known():
     controller = make("adaptive")
     drive(controller, build_setup(SCENARIO))
-    controller.state.quiet.covariance[9] = -1.0  # of the fourth number
+    controller.state.estimate.covariance[9] = -1.0  # of the fourth number
     before = controller.estimates
     torques = own_loop(controller, build_setup(SCENARIO.modified(duration=20.0)))
     assert np.all(np.isfinite(torques))
