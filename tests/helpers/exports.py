@@ -7,22 +7,20 @@ from unittest.mock import patch
 
 import numpy as np
 import pytest
+from closed_loops import SCENARIO, make
 
 from adaptive_ff.adaptive.controller import AdaptiveController
-from adaptive_ff.comparison.registry import CONTROLLERS
 from adaptive_ff.export import errors
 from adaptive_ff.export.sample import made_up_inputs
 from adaptive_ff.friction.model import ESTIMATED, PER_DIRECTION, WITH_GRAVITY, WITH_OFFSET
-from adaptive_ff.scenario.scenario import load_scenario
 from benchmarks.export.project import zig
-from controllers import PI, Inputs
+from controllers import Inputs, pi_gains
 
-SCENARIO = load_scenario()
 DELAYED = SCENARIO.modified(actuator={"delay": 0.015}, feedback={"bandwidth": 3.0})
 WARNINGS = ("-Wall", "-Wextra", "-Wconversion", "-Wdouble-promotion", "-Wshadow", "-pedantic", "-Werror")
-GAINS = PI.design(inertia=20.0, period=0.01, bandwidth=10.0)
 SIZES = {"symmetric": ESTIMATED, "offset": WITH_OFFSET, "gravity": WITH_GRAVITY, "directions": PER_DIRECTION}
 
+made = make
 needs_gcc = pytest.mark.skipif(shutil.which("gcc") is None, reason="there is no gcc on this machine")
 
 
@@ -33,19 +31,10 @@ def compiled_quickly():
         yield
 
 
-def adaptive(parameters=ESTIMATED, delay=0.0, velocity_lag=0.0, **further):
-    """Make an adaptive controller of a variant."""
-    return AdaptiveController(
-        GAINS.proportional,
-        GAINS.integral,
-        0.01,
-        inertia=20.0,
-        stribeck_velocity=0.05,
-        parameters=parameters,
-        delay=delay,
-        velocity_lag=velocity_lag,
-        **further,
-    )
+def adaptive(parameters=ESTIMATED, delay=0.0, velocity_lag=0.0, period=0.01, **further):
+    """Make an adaptive controller of a variant, for a joint of 20 kg m^2 in a loop of 10 Hz."""
+    variant = {"parameters": parameters, "delay": delay, "velocity_lag": velocity_lag, **further}
+    return AdaptiveController(*pi_gains(20.0, 10.0), period, inertia=20.0, stribeck_velocity=0.05, **variant)
 
 
 def adaptive_with_map(**further):
@@ -65,11 +54,6 @@ def adaptive_variants():
         f"{size} delay={delay} lag={lag}": (lambda size=size, delay=delay, lag=lag: adaptive(SIZES[size], delay, lag))
         for size, (delay, lag) in grid
     }
-
-
-def made(name, scenario=SCENARIO):
-    """Make a controller of the comparison."""
-    return CONTROLLERS[name](scenario)
 
 
 def steps_in_python(controller, rows):

@@ -7,8 +7,9 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 import written_kernels
+from closed_loops import NAMES, SCENARIO
 from drawn_arguments import digest, digests, plain
-from exports import DELAYED, SCENARIO, adaptive, adaptive_variants, made
+from exports import DELAYED, adaptive, adaptive_variants, made
 from synthetic_logs import make_log, sines_log
 
 from adaptive_ff import (
@@ -342,29 +343,7 @@ def refused_figures():
 
 ROOMS = ("plant", "controllers", "adaptive_ff.friction", "adaptive_ff.learning", "adaptive_ff.adaptive")
 
-STEPPED = (
-    "pi",
-    "pi_inertia",
-    "oracle",
-    "adaptive",
-    "adaptive_paper",
-    "adaptive_unsupervised",
-    "canudas",
-    "canudas_measured",
-    "feedback_error",
-    "lugre_observer",
-    "lugre_gradient",
-    "friction_observer",
-    "lee_tomizuka",
-    "maxwell_adaptive",
-    "radial_basis",
-    "super_twisting",
-    "repetitive",
-    "disturbance_observer",
-    "extended_state",
-    "kalman_disturbance",
-    "observed_nominal",
-)
+STEPPED = (*NAMES, "adaptive_unsupervised")
 """Controllers that are made without a run of identification or tuning."""
 
 MADE = {

@@ -5,11 +5,11 @@ import functools
 import numpy as np
 import pytest
 from closed_loops import SCENARIO, build_setup, drive
+from exports import adaptive
 
-from adaptive_ff import AdaptiveController, load_scenario, simulate
+from adaptive_ff import load_scenario, simulate
 from adaptive_ff.adaptive.observe import observed
 from adaptive_ff.adaptive.tuning import Tuning
-from controllers import pi_gains
 
 JOINT = SCENARIO.joint
 
@@ -70,10 +70,7 @@ def test_scenarios_of_the_package_are_tracked_better_than_by_pi(name):
 
 def test_every_constant_can_be_set_and_acts():
     deaf = Tuning(explained=1e300)
-    controllers = [
-        AdaptiveController(*pi_gains(20.0, 10.0), 0.01, inertia=20.0, stribeck_velocity=0.05, tuning=tuning)
-        for tuning in (Tuning(), deaf)
-    ]
+    controllers = [adaptive(tuning=tuning) for tuning in (Tuning(), deaf)]
     setup = build_setup(SCENARIO.modified(duration=5.0))
     first, second = (drive(one, setup)[0].torque for one in controllers)
     assert not np.array_equal(first, second)
@@ -84,7 +81,7 @@ def test_every_constant_can_be_set_and_acts():
 def test_viscous_friction_that_a_slower_joint_has_less_is_not_observed_as_a_load(load):
     """It turns steadily at 0.9 of its reference of 1 rad/s: 40 N m are fed, 36 N m and the load are needed."""
     model = {"inertia": 20.0, "coulomb": 0.0, "stiction": 0.0, "viscous": 40.0, "friction_lag": 0.02}
-    controller = AdaptiveController(*pi_gains(20.0, 10.0), 0.01, inertia=20.0, stribeck_velocity=0.05, model=model)
+    controller = adaptive(model=model)
     state = controller.state._replace(modelled=(40.0,) * len(controller.state.modelled))
     after_a_long_time = observed(controller.parameters, state, 36.0 + load, 0.1, 0.0, 1e3)
     assert after_a_long_time == pytest.approx(controller.parameters.tuning.observed_fraction * load, abs=1e-9)
@@ -93,10 +90,7 @@ def test_viscous_friction_that_a_slower_joint_has_less_is_not_observed_as_a_load
 @pytest.mark.parametrize("share", [0.5, 0.85])
 def test_a_share_of_the_friction_is_fed_and_neither_observer_nor_estimates_make_up_for_the_rest(share):
     setup = build_setup(SCENARIO.modified(duration=40.0))
-    gains = *pi_gains(20.0, 10.0), 0.01
-    whole, part = (
-        AdaptiveController(*gains, inertia=20.0, stribeck_velocity=0.05, friction_share=one) for one in (1.0, share)
-    )
+    whole, part = (adaptive(friction_share=one) for one in (1.0, share))
     (first, _), (second, _) = drive(whole, setup), drive(part, setup)
     assert part.estimates["coulomb"] == pytest.approx(whole.estimates["coulomb"], rel=0.15)
     settled = slice(first.torque.size // 2, None)

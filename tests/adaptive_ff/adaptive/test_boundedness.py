@@ -7,19 +7,17 @@ import math
 
 import numpy as np
 import pytest
-from closed_loops import SCENARIO, build_setup, drive, error_of
-from closed_loops import make as make_named
+from closed_loops import SCENARIO, build_setup, drive, error_of, make
+from exports import adaptive
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from adaptive_ff import AdaptiveController
 from adaptive_ff.friction.model import ESTIMATED, PER_DIRECTION_WITH_GRAVITY
 from adaptive_ff.learning.kalman import LOOP
-from controllers import Inputs, pi_gains
+from controllers import Inputs
 from controllers.triangle import unpacked
 
-INERTIA, LIMIT, FASTEST = 20.0, 400.0, 0.5
-GAINS = pi_gains(INERTIA, 10.0)
+LIMIT, FASTEST = 400.0, 0.5
 
 PARTS = st.lists(
     st.tuples(
@@ -71,12 +69,6 @@ def feed(controller, parts, seed, watch):
             reference = float(following)
 
 
-def make(parameters=ESTIMATED, period=0.01, **options):
-    return AdaptiveController(
-        *GAINS, period=period, inertia=INERTIA, stribeck_velocity=0.05, parameters=parameters, **options
-    )
-
-
 def check_estimate(controller):
     """Estimates lie within their bounds, and the covariance is positive semi-definite."""
     prior, estimate = controller.parameters.prior, controller.state.estimate
@@ -95,16 +87,19 @@ def check_estimate(controller):
 )
 @given(parts=PARTS, seed=st.integers(0, 10**6))
 def test_whatever_it_is_fed_estimates_stay_within_bounds_and_covariances_definite(parameters, period, parts, seed):
-    controller = make(parameters, period, torque_limit=LIMIT)
+    given = {"period": period, "torque_limit": LIMIT}
+    controller = adaptive(parameters, **given)
     feed(controller, parts, seed, lambda: None)
     check_estimate(controller)
-    make(parameters, period, torque_limit=LIMIT).state_from_json(controller.state_to_json())
+    adaptive(parameters, **given).state_from_json(controller.state_to_json())
 
 
 @settings(max_examples=20)
+@example([(0.0, 100001.0, 0.0, 0.0, 0.0, 0.0, 22658607.0, 0.0, 0.0, 0.0, 0.0)])
 @given(rows=st.lists(ANY, min_size=1, max_size=60))
 def test_any_doubles_in_finite_torque_out(rows):
-    controller = make(PER_DIRECTION_WITH_GRAVITY, regressors=1, position_hats=3, load_friction=True).run_uncompiled()
+    controller = adaptive(PER_DIRECTION_WITH_GRAVITY, regressors=1, position_hats=3, load_friction=True)
+    controller.run_uncompiled()
     for k in range(20):
         controller.step(0.01 * k, 0.01 * k, next_reference=0.01 * (k + 1), position=0.001 * k)
     for row in rows:
@@ -119,14 +114,14 @@ def test_after_a_second_of_nonsense_it_recovers(value):
     setup = build_setup(SCENARIO.modified(duration=30.0))
     noise = setup.noise.copy()
     noise[1000:1100] = value
-    found, plain = make_named("adaptive"), make_named("pi")
+    found, plain = make("adaptive"), make("pi")
     torn, _ = drive(found, setup._replace(noise=noise))
     alone, _ = drive(plain, setup._replace(noise=noise))
     assert error_of(setup, torn, 10.0) < 0.6 * error_of(setup, alone, 10.0)
 
 
 def test_hours_without_excitation_neither_wind_up_nor_blow_up():
-    controller = make()
+    controller = adaptive()
     for reference in (0.0, 0.2):
         torques = [abs(controller.step(reference, reference, next_reference=reference)) for _ in range(30_000)]
         assert max(torques[1000:]) <= torques[1000] < 10.0

@@ -4,8 +4,7 @@ import json
 
 import pytest
 from closed_loops import SCENARIO, build_setup, drive, make
-
-from adaptive_ff.adaptive.controller import AdaptiveController
+from exports import adaptive
 
 
 def put(tree, path, value):
@@ -46,20 +45,8 @@ def test_a_state_of_an_older_version_is_refused_and_the_version_named(worked):
 
 
 def test_a_new_state_is_restored_by_a_controller_with_every_column():
-    def full():
-        return AdaptiveController(
-            *SCENARIO.feedback.gains,
-            0.01,
-            inertia=20.0,
-            stribeck_velocity=0.05,
-            regressors=2,
-            ripple_periods=[0.3],
-            position_periods=[1.0],
-            position_hats=5,
-            load_friction=True,
-        )
-
-    text = full().state_to_json()
-    restored = full()
+    columns = {"regressors": 2, "ripple_periods": [0.3], "position_periods": [1.0], "position_hats": 5}
+    new, restored = (adaptive(**columns, load_friction=True) for _ in range(2))
+    text = new.state_to_json()
     restored.state_from_json(text)
     assert restored.state_to_json() == text

@@ -4,8 +4,8 @@ import functools
 
 import numpy as np
 import pytest
-from closed_loops import NAMES
-from exports import DELAYED, SCENARIO, WARNINGS, adaptive, compiled, made, needs_gcc
+from closed_loops import NAMES, SCENARIO
+from exports import DELAYED, WARNINGS, adaptive, compiled, made, needs_gcc
 from kernels_from_text import from_text
 from nightly import sampled
 

@@ -7,15 +7,11 @@ from dataclasses import asdict
 import numpy as np
 import pytest
 from closed_loops import SCENARIO, build_setup, drive, make, setup_along
+from exports import adaptive
 
-from adaptive_ff import PER_DIRECTION, AdaptiveController, simulate
+from adaptive_ff import PER_DIRECTION, simulate
 from adaptive_ff.adaptive.diagnosis import WARNINGS, Code
 from adaptive_ff.report.diagnosis import SENTENCES, sentence, sentences
-from controllers import pi_gains
-
-
-def plain(**options):
-    return AdaptiveController(*pi_gains(20.0, 10.0), 0.01, inertia=20.0, stribeck_velocity=0.05, **options)
 
 
 @pytest.fixture(scope="module")
@@ -63,14 +59,14 @@ def test_a_new_controller_knows_nothing():
     ],
 )
 def test_it_asks_for_what_is_the_users_to_give(options, given, codes):
-    controller = plain(**options)
+    controller = adaptive(**options)
     for _ in range(10):
         controller.step(0.1, 0.1, **given)
     assert controller.diagnose().codes & {Code.TORQUE_UNKNOWN, Code.PLAN_UNKNOWN} == codes
 
 
 def test_it_counts_what_it_skipped():
-    controller = plain(torque_limit=400.0)
+    controller = adaptive(torque_limit=400.0)
     for k in range(10):
         controller.step(0.1, math.nan if k % 2 else 0.1, next_reference=0.1, position=1e300)
     values = {one.code: one.values for one in controller.diagnose().findings}
@@ -79,7 +75,7 @@ def test_it_counts_what_it_skipped():
 
 
 def test_it_says_that_nothing_moved_or_that_it_holds_its_estimates():
-    controller = plain(torque_limit=400.0)
+    controller = adaptive(torque_limit=400.0)
     controller.enabled = False
     for _ in range(1100):
         controller.step(0.0, 0.0, next_reference=0.0)
@@ -124,7 +120,7 @@ def test_every_code_has_a_sentence_and_every_finding_can_be_put_into_words(worke
 
 
 def test_friction_per_direction_has_its_rows_and_all_can_be_saved_as_json():
-    controller = plain(parameters=PER_DIRECTION, torque_limit=400.0, position_hats=3)
+    controller = adaptive(parameters=PER_DIRECTION, torque_limit=400.0, position_hats=3)
     drive(controller, build_setup(SCENARIO.modified(duration=10.0)))
     found = controller.diagnose()
     assert "stiction_asymmetry, N m" in str(found)
