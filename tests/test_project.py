@@ -3,25 +3,19 @@
 import datetime
 import re
 import shutil
-import subprocess
 import sys
 import tomllib
 import zipfile
+from functools import partial
 from pathlib import Path
 
 import pytest
+from exports import printed
 
 from docs import release
 
 ROOT = Path(__file__).resolve().parent.parent
-
-
-def run(*command, cwd=ROOT, **environment):
-    done = subprocess.run(
-        [str(part) for part in command], cwd=cwd, capture_output=True, text=True, env=environment or None, check=False
-    )
-    assert done.returncode == 0, done.stdout + done.stderr
-    return done.stdout
+run = partial(printed, cwd=ROOT)
 
 
 @pytest.mark.parametrize("arguments", [("check",), ("format", "--check")])

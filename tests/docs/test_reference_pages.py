@@ -1,10 +1,10 @@
 """The generated reference: every field and option is described, every name in a docstring is known, the site builds."""
 
-import subprocess
 import sys
 from pathlib import Path
 
 import pytest
+from exports import printed
 
 from docs.reference import (
     PACKAGES,
@@ -60,7 +60,5 @@ def test_faces_are_listed():
 @pytest.mark.nightly
 def test_site_builds_without_a_warning(tmp_path):
     """Runs notebooks and examples; a link between pages that leads nowhere is a warning."""
-    command = [sys.executable, "-m", "docs", "--out", str(tmp_path / "html")]
-    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr
+    printed(sys.executable, "-m", "docs", "--out", tmp_path / "html", cwd=ROOT)
     assert (tmp_path / "html" / "tutorials" / "first_comparison.html").is_file()

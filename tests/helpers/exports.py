@@ -86,8 +86,8 @@ def compiled(folder, sources, *flags, program="gcc", out="a.out"):
     return folder / out
 
 
-def printed(*command, cwd=None):
-    """Run a program that must end well; return what it prints."""
-    done = subprocess.run([str(part) for part in command], cwd=cwd, capture_output=True, text=True, check=False)
+def printed(*command, **where):
+    """Run a program that must end well, ``where`` with ``cwd`` and ``env``; return what it prints."""
+    done = subprocess.run([str(part) for part in command], capture_output=True, text=True, check=False, **where)
     assert done.returncode == 0, done.stdout[-1000:] + done.stderr[-2000:]
     return done.stdout

@@ -1,9 +1,15 @@
-"""Kernels that tests write into a module of their own."""
+"""Kernels that tests write into a module of their own, and processes that compile some."""
 
 import importlib
+import os
 import sys
 
 from controllers.compiled import Compiled
+
+
+def compiling(cache, **variables):
+    """Environment of a process that finds the packages and keeps its compiled kernels in a folder."""
+    return {**os.environ, "ADAPTIVE_FF_CACHE": str(cache), "PYTHONPATH": os.pathsep.join(sys.path), **variables}
 
 
 def from_text(text, tmp_path, monkeypatch, name="kernel"):

@@ -1,12 +1,12 @@
 """Compiled kernels on disk: made by two processes at once, and not at all where there is no compiler."""
 
-import os
 import shutil
 import subprocess
 import sys
 
 import numpy as np
 import pytest
+from kernels_from_text import compiling
 
 from controllers import Inputs, Output
 from controllers.kernels.language import call
@@ -23,9 +23,8 @@ print(compiled(kernel)(3.0), PI(100.0, 0.0, 0.01).step(0.5, 0.1))
 
 
 def running(tmp_path, **variables):
-    known = {**os.environ, "ADAPTIVE_FF_CACHE": str(tmp_path / "cache"), "PYTHONPATH": os.pathsep.join(sys.path)}
-    line = [sys.executable, "-c", SCRIPT, str(tmp_path)]
-    return subprocess.Popen(line, env={**known, **variables}, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    line, known = [sys.executable, "-c", SCRIPT, str(tmp_path)], compiling(tmp_path / "cache", **variables)
+    return subprocess.Popen(line, env=known, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
 
 
 SANITIZED = """
@@ -48,12 +47,8 @@ def sanitized(tmp_path, names):
     """What a run prints whose kernels are watched by address and undefined-behaviour sanitizers."""
     places = [["gcc", f"-print-file-name={name}"] for name in ("libasan.so", "libstdc++.so.6")]
     runtime = [subprocess.run(line, capture_output=True, text=True, check=True).stdout.strip() for line in places]
-    known = {**os.environ, "ADAPTIVE_FF_CACHE": str(tmp_path), "ADAPTIVE_FF_CFLAGS": SANITIZERS, "CC": "gcc"}
-    known |= {
-        "LD_PRELOAD": " ".join(runtime),
-        "ASAN_OPTIONS": "detect_leaks=0",
-        "PYTHONPATH": os.pathsep.join(sys.path),
-    }
+    known = compiling(tmp_path, ADAPTIVE_FF_CFLAGS=SANITIZERS, CC="gcc")
+    known |= {"LD_PRELOAD": " ".join(runtime), "ASAN_OPTIONS": "detect_leaks=0"}
     line = [sys.executable, "-c", SANITIZED.format(names=names)]
     done = subprocess.run(line, env=known, capture_output=True, text=True, check=False)
     return done.stdout + done.stderr[-2000:]
@@ -127,7 +122,7 @@ TARGETS = {
 def test_kernels_compile_for_other_systems_where_they_are_untried(target, tmp_path):
     pytest.importorskip("ziglang")
     command = f"{sys.executable} -m ziglang cc -target {target}"
-    known = {**os.environ, "ADAPTIVE_FF_CACHE": str(tmp_path), "CC": command, "PYTHONPATH": os.pathsep.join(sys.path)}
+    known = compiling(tmp_path, CC=command)
     done = subprocess.run([sys.executable, "-c", FOREIGN], env=known, capture_output=True, text=True, check=False)
     (library,) = tmp_path.rglob("step_adaptive*.so")
     assert library.read_bytes().startswith(TARGETS[target]), done.stderr

@@ -1,10 +1,10 @@
 """Machine code on disk is loaded only while the global names in its kernels stand for what they stood for."""
 
-import os
-import subprocess
 import sys
 
 import numpy as np
+from exports import printed
+from kernels_from_text import compiling
 
 from controllers.kernels.record import meaning
 
@@ -57,15 +57,6 @@ class Mode(IntEnum):
 OTHERS = "def other(own):\n    return 7.0\n"
 
 
-def printed(command, tmp_path, **variables):
-    """The number that a script prints."""
-    path = os.pathsep.join(sys.path)
-    known = {**os.environ, "ADAPTIVE_FF_CACHE": str(tmp_path / "cache"), "PYTHONPATH": path, **variables}
-    done = subprocess.run([sys.executable, "-c", *command], env=known, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr
-    return float(done.stdout)
-
-
 def test_machine_code_on_disk_holds_for_what_its_names_stood_for(tmp_path):
     for name, text in (("kernels", KERNELS), ("settings", SETTINGS), ("others", OTHERS)):
         (tmp_path / f"{name}.py").write_text(text)
@@ -81,7 +72,8 @@ def test_machine_code_on_disk_holds_for_what_its_names_stood_for(tmp_path):
         ({}, "import kernels; kernels.level.__defaults__ = (10.0,)"),
         ({}, ""),
     ]:
-        found.append(printed([SCRIPT, str(tmp_path), before], tmp_path, **{**first, **changed}))
+        known = compiling(tmp_path / "cache", **{**first, **changed})
+        found.append(float(printed(sys.executable, "-c", SCRIPT, tmp_path, before, env=known)))
     assert found == [2007.0, 2009.0, 2006.5, 2016.0, 7007.0, 2008.0, 2061.0, 2007.0]
 
 
@@ -101,7 +93,8 @@ def test_a_function_of_the_same_name_in_another_file_is_another_one(tmp_path):
         folder = tmp_path / f"times_{factor}"
         folder.mkdir(exist_ok=True)
         (folder / "helper.py").write_text(f"def help(x):\n    return {factor} * x\n")
-        found.append(printed([HELPED, str(tmp_path), str(folder)], tmp_path))
+        known = compiling(tmp_path / "cache")
+        found.append(float(printed(sys.executable, "-c", HELPED, tmp_path, folder, env=known)))
     assert found == [6.0, 10.0, 6.0]
 
 

@@ -67,63 +67,6 @@ def test_powers_have_the_bits_that_python_gives(tmp_path, monkeypatch):
     assert kernel(-math.inf) == kernel.py_func(-math.inf)
 
 
-HEAD = """import functools
-import math
-
-def g(a, b=1.0):
-    return a - b
-
-def all_of(*a):
-    return a[0]
-
-def named_only(a, *, b=1.0):
-    return a - b
-
-def placed_only(a, /, b=1.0):
-    return a - b
-
-def doubled(f):
-    @functools.wraps(f)
-    def around(x):
-        return 2.0 * f(x)
-    return around
-
-@doubled
-def decorated(x):
-    return x
-
-LIST = [1.0]
-LISTS = ([1.0],)
-
-"""
-
-
-@pytest.mark.parametrize(
-    ("expression", "advice"),
-    [
-        ("g(x, a=3.0)", "multiple values for argument 'a'"),
-        ("g()", "missing a required argument: 'a'"),
-        ("named_only(x, 3.0)", "too many positional arguments"),
-        ("placed_only(a=x)", "name every argument, or give it in its place"),
-        ("all_of(x)", "one by one, without *"),
-        ("(x, x)[2]", "(x, x)[2] is outside of its 2 elements"),
-        ("(x, x)[-3]", "is outside of its 2 elements"),
-        ("decorated(x)", "a decorator has put another function around it"),
-        ("LIST(x)", "LIST is no function"),
-        ("LISTS(x)", "LISTS is no function"),
-        ("abs()", "must have 1 arguments"),
-        ("float(x, x)", "must have 1 arguments"),
-        ("math.isfinite(x, x)", "must have 1 arguments"),
-    ],
-)
-def test_what_python_refuses_is_refused(expression, advice, tmp_path, monkeypatch):
-    kernel = from_text(f"{HEAD}def kernel(x):\n    return {expression}\n", tmp_path, monkeypatch)
-    with pytest.raises(NotTranslatable) as error:
-        kernel(1.25)
-    assert advice in str(error.value)
-    assert "\n" not in str(error.value)
-
-
 @pytest.mark.parametrize(
     "line",
     [

@@ -11,11 +11,37 @@ from controllers.kernels.memory import Memory
 from controllers.kernels.types import type_of
 
 HEAD = """import collections
+import functools
 import math
 from typing import NamedTuple
+from written_kernels import Point, measure
 
 LARGE = 2**64
 LEAST = -(2**63)
+LIST = [1.0]
+LISTS = ([1.0],)
+
+def g(a, b=1.0):
+    return a - b
+
+def all_of(*a):
+    return a[0]
+
+def named_only(a, *, b=1.0):
+    return a - b
+
+def placed_only(a, /, b=1.0):
+    return a - b
+
+def doubled(f):
+    @functools.wraps(f)
+    def around(x):
+        return 2.0 * f(x)
+    return around
+
+@doubled
+def decorated(x):
+    return x
 
 class Pair(NamedTuple):
     a: float
@@ -49,6 +75,61 @@ def kernel_of(lines, tmp_path, monkeypatch, head="def kernel(x, n, t):"):
 @pytest.mark.parametrize(
     ("lines", "line", "advice"),
     [
+        ("y = [x, x]\nreturn x", 0, "has no translation"),
+        ("return math.gamma(x)", 0, "has no translation; call mathematics or kernels"),
+        ("return x**3", 0, "as products"),
+        ("return x if x else 1.0", 0, "compare it"),
+        ("for item in (1.0, 2.0):\n    x += item\nreturn x", 0, "range"),
+        ("for i in range(0, 9, 2):\n    x += i\nreturn x", 0, "by 1 or -1"),
+        ("for i in range(3):\n    x += i\nelse:\n    x = 0.0\nreturn x", 0, "without else"),
+        ("while x > 0.0:\n    x -= 1.0\nelse:\n    x = 0.0\nreturn x", 0, "else"),
+        ("y = 0\ny = 0.5 * x\nreturn y", 1, "y changes its type; begin with 0.0"),
+        ("return kernel(x - 1.0, n, t)", 0, "calls itself"),
+        ("try:\n    return x\nfinally:\n    x = 0.0", 0, "has no translation"),
+        ("return unknown", 0, "is not known"),
+        ("return 'text'", 0, "no number"),
+        ("return LIST", 0, "no number"),
+        ("return x // 2.0", 0, "+ - * /"),
+        ("if x > 0.0:\n    return x, x\nreturn x", 2, "all returns must give values of the same types"),
+        ("if x > 0.0:\n    return\nreturn x", 1, "put what follows into the other branch of an if"),
+        ("y = x = 1.0\nreturn y", 0, "write a statement for each target"),
+        ("return bool(x > 0.0)", 0, "is not known"),
+        ("if x > 0.0:\n    return x", -1, "must return a value at its end"),
+        ("return print(x)", 0, "is not known"),
+        ("point = Point(x)\npoint.y = 1.0\nreturn point", 1, "make a new NamedTuple"),
+        ("return Point(x).z", 0, "has no field z"),
+        ("return Point(x)[2]", 0, "one constant place"),
+        ("return Point(x)[int(x)]", 0, "one constant place"),
+        ("return x[0]", 0, "there are no elements in a number"),
+        ("return Point(x, x, x)", 0, "too many"),
+        ("return Point(x, z=x)", 0, "name every argument"),
+        ("return Point(y=x)", 0, "missing a required argument"),
+        ("return math.sin(x, x)", 0, "must have 1 arguments"),
+        ("return max(x)", 0, "one by one"),
+        ("return measure(Point(x), x)", 0, "no kernel is registered"),
+        ("a, b = x, x, x\nreturn a", 0, "a value for each"),
+        ("a, b = x\nreturn a", 0, "is no tuple"),
+        ("return x & 1", 0, "there are + - * /"),
+        ("return ~x", 0, "has no translation"),
+        ("return x is None", 0, "there are < >"),
+        ("if x > 1.0:\n    y = x\nelse:\n    y = x > 0.0\nreturn y", 3, "y changes its type"),
+        ("global LIST\nreturn x", 0, "has no translation"),
+        ("return [y for y in (x,)]", 0, "has no translation"),
+        ("return x.real", 0, "has no field"),
+        ("z = y\ny = x\nreturn z", 0, "has no value here"),
+        ("return g(x, a=3.0)", 0, "multiple values for argument 'a'"),
+        ("return g()", 0, "missing a required argument: 'a'"),
+        ("return named_only(x, 3.0)", 0, "too many positional arguments"),
+        ("return placed_only(a=x)", 0, "name every argument, or give it in its place"),
+        ("return all_of(x)", 0, "one by one, without *"),
+        ("return (x, x)[2]", 0, "(x, x)[2] is outside of its 2 elements"),
+        ("return (x, x)[-3]", 0, "is outside of its 2 elements"),
+        ("return decorated(x)", -24, "decorated: a decorator has put another function around it"),
+        ("return LIST(x)", 0, "LIST is no function"),
+        ("return LISTS(x)", 0, "LISTS is no function"),
+        ("return abs()", 0, "must have 1 arguments"),
+        ("return float(x, x)", 0, "must have 1 arguments"),
+        ("return math.isfinite(x, x)", 0, "must have 1 arguments"),
         ("return n + 9223372036854775808", 0, "9223372036854775808 is beyond the 64 bits of integers; write a real"),
         ("return n + LARGE", 0, "beyond the 64 bits"),
         ("return n + (9223372036854775807 + 1)", 0, "beyond the 64 bits"),
@@ -81,7 +162,8 @@ def kernel_of(lines, tmp_path, monkeypatch, head="def kernel(x, n, t):"):
 def test_what_has_no_translation_is_refused_with_its_line(lines, line, advice, tmp_path, monkeypatch):
     with pytest.raises(NotTranslatable) as error:
         kernel_of(lines, tmp_path, monkeypatch)(1.0, 2, np.ones((2, 3)))
-    assert f".py:{FIRST + line}: " in str(error.value)
+    kernel = "" if line < -1 else "kernel: "  # elsewhere the advice begins with the name
+    assert f".py:{FIRST + line}: {kernel}" in str(error.value)
     assert advice in str(error.value)
     assert "\n" not in str(error.value)
 

@@ -1,17 +1,16 @@
-"""What kernels contain does the same as machine code as it does in Python; what has no translation is refused."""
+"""What kernels contain does the same as machine code as it does in Python, from the disk as well."""
 
 import copy
 import importlib
 import linecache
 import math
-import os
-import subprocess
 import sys
 
 import numpy as np
 import pytest
 import written_kernels as written
-from kernels_from_text import from_text
+from exports import printed
+from kernels_from_text import compiling
 from written_kernels import Body, Circle, Point, Square
 
 from controllers.compiled import Compiled, compiled
@@ -110,65 +109,6 @@ def test_arrays_that_come_back_are_those_that_were_given():
     assert found.table is given.table
 
 
-HEAD = "import math\nfrom written_kernels import Point, measure\nLIST = [1.0]\n\n\ndef kernel(x):\n"
-
-
-@pytest.mark.parametrize(
-    ("lines", "line", "advice"),
-    [
-        ("y = [x, x]\nreturn x", 7, "has no translation"),
-        ("return math.gamma(x)", 7, "has no translation; call mathematics or kernels"),
-        ("return x**3", 7, "as products"),
-        ("return x if x else 1.0", 7, "compare it"),
-        ("for item in (1.0, 2.0):\n    x += item\nreturn x", 7, "range"),
-        ("for i in range(0, 9, 2):\n    x += i\nreturn x", 7, "by 1 or -1"),
-        ("for i in range(3):\n    x += i\nelse:\n    x = 0.0\nreturn x", 7, "without else"),
-        ("while x > 0.0:\n    x -= 1.0\nelse:\n    x = 0.0\nreturn x", 7, "else"),
-        ("y = 0\ny = 0.5 * x\nreturn y", 8, "y changes its type; begin with 0.0"),
-        ("return kernel(x - 1.0)", 7, "calls itself"),
-        ("try:\n    return x\nfinally:\n    x = 0.0", 7, "has no translation"),
-        ("return unknown", 7, "is not known"),
-        ("return 'text'", 7, "no number"),
-        ("return LIST", 7, "no number"),
-        ("return x // 2.0", 7, "+ - * /"),
-        ("if x > 0.0:\n    return x, x\nreturn x", 9, "all returns must give values of the same types"),
-        ("if x > 0.0:\n    return\nreturn x", 8, "put what follows into the other branch of an if"),
-        ("y = x = 1.0\nreturn y", 7, "write a statement for each target"),
-        ("return bool(x > 0.0)", 7, "is not known"),
-        ("if x > 0.0:\n    return x", 6, "must return a value at its end"),
-        ("return print(x)", 7, "is not known"),
-        ("point = Point(x)\npoint.y = 1.0\nreturn point", 8, "make a new NamedTuple"),
-        ("return Point(x).z", 7, "has no field z"),
-        ("return Point(x)[2]", 7, "one constant place"),
-        ("return Point(x)[int(x)]", 7, "one constant place"),
-        ("return x[0]", 7, "there are no elements in a number"),
-        ("return Point(x, x, x)", 7, "too many"),
-        ("return Point(x, z=x)", 7, "name every argument"),
-        ("return Point(y=x)", 7, "missing a required argument"),
-        ("return math.sin(x, x)", 7, "must have 1 arguments"),
-        ("return max(x)", 7, "one by one"),
-        ("return measure(Point(x), x)", 7, "no kernel is registered"),
-        ("a, b = x, x, x\nreturn a", 7, "a value for each"),
-        ("a, b = x\nreturn a", 7, "is no tuple"),
-        ("return x & 1", 7, "there are + - * /"),
-        ("return ~x", 7, "has no translation"),
-        ("return x is None", 7, "there are < >"),
-        ("if x > 1.0:\n    y = x\nelse:\n    y = x > 0.0\nreturn y", 10, "y changes its type"),
-        ("global LIST\nreturn x", 7, "has no translation"),
-        ("return [y for y in (x,)]", 7, "has no translation"),
-        ("return x.real", 7, "has no field"),
-        ("z = y\ny = x\nreturn z", 7, "has no value here"),
-    ],
-)
-def test_what_has_no_translation_is_refused_with_its_line(lines, line, advice, tmp_path, monkeypatch):
-    text = HEAD + "".join(f"    {each}\n" for each in lines.split("\n"))
-    with pytest.raises(NotTranslatable) as error:
-        from_text(text, tmp_path, monkeypatch)(1.0)
-    assert f".py:{line}: kernel: " in str(error.value)
-    assert advice in str(error.value)
-    assert "\n" not in str(error.value)
-
-
 def test_a_function_without_source_or_within_another_is_refused():
     with pytest.raises(NotTranslatable, match="must be a function of a module"):
         Compiled(lambda x: x)(1.0)
@@ -207,15 +147,10 @@ print(made, entry(2.0))
 
 def test_machine_code_is_loaded_until_a_source_outside_of_the_packages_changes(tmp_path):
     source = tmp_path / "edited.py"
-    environment = {**os.environ, "ADAPTIVE_FF_CACHE": str(tmp_path / "cache"), "PYTHONPATH": os.pathsep.join(sys.path)}
-    found = []
+    known, found = compiling(tmp_path / "cache"), []
     for text in ("3.0 * x", "3.0 * x", "5.0 * x"):
         source.write_text(f"def kernel(x):\n    return {text}\n")
-        done = subprocess.run(
-            [sys.executable, "-c", SCRIPT, str(tmp_path)], env=environment, capture_output=True, text=True, check=False
-        )
-        assert done.returncode == 0, done.stderr
-        found.append(done.stdout.strip())
+        found.append(printed(sys.executable, "-c", SCRIPT, tmp_path, env=known).strip())
     assert found == ["False 6.0", "True 6.0", "True 10.0"]
     files = list((tmp_path / "cache").rglob("kernel_*.record"))
     assert len(files) == 2
@@ -251,16 +186,11 @@ print(compiled(kernel)(Own(2.0)).number)
 
 
 def test_two_scripts_may_use_the_same_names_and_a_damaged_file_is_made_anew(tmp_path):
-    environment = {**os.environ, "ADAPTIVE_FF_CACHE": str(tmp_path / "cache"), "PYTHONPATH": os.pathsep.join(sys.path)}
-    found = []
+    known, found = compiling(tmp_path / "cache"), []
     for name, factor in (("one", 3.0), ("two", 5.0), ("one", 3.0), ("two", 5.0)):
         script = tmp_path / f"{name}.py"
         script.write_text(OWN_SCRIPT.format(factor))
-        done = subprocess.run(
-            [sys.executable, str(script)], env=environment, capture_output=True, text=True, check=False
-        )
-        assert done.returncode == 0, done.stderr
-        found.append(float(done.stdout))
+        found.append(float(printed(sys.executable, script, env=known)))
         if len(found) == 2:
             for file in (tmp_path / "cache").rglob("kernel_*.record"):
                 file.write_bytes(file.read_bytes()[:20])
