@@ -1,6 +1,7 @@
 """How tests run: in several processes where that pays, hypothesis without a clock, fixtures that many files share."""
 
 import os
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from unittest.mock import patch
 
@@ -42,6 +43,13 @@ def pytest_xdist_auto_num_workers(config):
 def compiled():
     """Controllers compiled, so that no test of the command line meets the message of a first run."""
     compile_controllers()
+
+
+@pytest.fixture(scope="session")
+def one_thread():
+    """An executor in this process, in which what a test replaced is replaced as well."""
+    with ThreadPoolExecutor(1) as executor:
+        yield executor
 
 
 @pytest.fixture

@@ -31,6 +31,13 @@ def parts(run):
     return pytest.approx((np.sqrt(np.mean(squares[2000:3000])), np.sqrt(np.mean(squares[3000:]))), rel=1e-9)
 
 
+def without_friction(**tables):
+    """The built-in scenario with a joint without friction, and with other tables in the place of its own."""
+    content = load_scenario().model_dump(exclude_unset=True)
+    free = {"coulomb": 0.0, "stiction": 0.0, "viscous": 0.0, "friction_lag": 0.0}
+    return Scenario.model_validate({**content, "joint": {**content["joint"], **free}, **tables})
+
+
 @pytest.fixture(scope="module")
 def study():
     return study_bandwidths(SHORT, ["disturbance_observer"], tuning_seeds=[101], reported_seeds=[1])
@@ -58,20 +65,10 @@ def test_margins_are_those_of_the_design(study):
     "sensor", [{"velocity_noise": 0.002}, {"encoder_resolution": 1e-5}], ids=["velocity sensor", "encoder"]
 )
 def test_noise_is_that_of_a_run_without_friction(sensor):
-    content = load_scenario().model_dump(exclude_unset=True)
-    joint = {**content["joint"], "coulomb": 0.0, "stiction": 0.0, "viscous": 0.0, "friction_lag": 0.0}
-    scenario = Scenario.model_validate(
-        {
-            **content,
-            "joint": joint,
-            "sensor": sensor,
-            "velocity": {"method": "low_pass", "cutoff": 200.0},
-            "sampling": {"period": 0.001},
-            "actuator": {},
-            # slow and smooth: what is left of the error is noise
-            "reference": {"kind": "multisine", "frequencies": [0.05], "amplitudes": [1.0], "peak": 0.1},
-        }
-    )
+    # slow and smooth: what is left of the error is noise
+    slow = {"kind": "multisine", "frequencies": [0.05], "amplitudes": [1.0], "peak": 0.1}
+    filtered = {"velocity": {"method": "low_pass", "cutoff": 200.0}, "sampling": {"period": 0.001}, "actuator": {}}
+    scenario = without_friction(sensor=sensor, reference=slow, **filtered)
     loop = loop_at(scenario, 10.0)
     run = simulate(scenario, "pi_inertia")
     error = (run.reference - run.velocity)[20_000:]
@@ -147,10 +144,8 @@ def test_a_joint_that_sees_no_load_is_weighed_without_one(study):
 
 
 def test_peak_speed_after_a_load_is_that_of_a_run_without_friction():
-    content = load_scenario().model_dump(exclude_unset=True)
-    joint = {**content["joint"], "coulomb": 0.0, "stiction": 0.0, "viscous": 0.0, "friction_lag": 0.0}
     still = {"kind": "multisine", "frequencies": [0.05], "amplitudes": [1.0], "peak": 1e-9}
-    without = Scenario.model_validate({**content, "joint": joint, "sensor": {}, "reference": still, "duration": 4.0})
+    without = without_friction(sensor={}, reference=still, duration=4.0)
     run = simulate(with_step(without.modified(feedback={"bandwidth": 6.0})), "pi")
     assert loop_at(without, 6.0).peak_speed == pytest.approx(np.max(np.abs(run.velocity)), rel=0.01)
     lost = np.sum(run.velocity[3000:]) * run.scenario.joint.solver_period

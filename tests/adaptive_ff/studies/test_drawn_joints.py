@@ -1,7 +1,6 @@
 """Monte Carlo over drawn joints."""
 
 import json
-from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
@@ -33,9 +32,8 @@ SHORT = load_scenario().modified(duration=4.0, sweep={"velocity_noise": [0.0, 0.
 
 
 @pytest.fixture(scope="module")
-def outcomes():
-    with ThreadPoolExecutor(1) as executor:
-        return sweep(SHORT, 24, seed=5, executor=executor)
+def outcomes(one_thread):
+    return sweep(SHORT, 24, seed=5, executor=one_thread)
 
 
 @given(st.integers(0, 10**6))
@@ -128,10 +126,9 @@ def test_bad_input_is_refused(tmp_path):
 
 
 @pytest.mark.parametrize("name", ["asymmetric", "lugre", "elastic", "backlash", "maxwell", "rolling", "elasto_plastic"])
-def test_joints_of_every_kind_are_drawn(name):
+def test_joints_of_every_kind_are_drawn(name, one_thread):
     scenario = load_scenario(SCENARIOS / f"{name}.toml").modified(duration=5.0)
-    with ThreadPoolExecutor(1) as executor:
-        outcomes = sweep(scenario, 6, 101, executor=executor)
+    outcomes = sweep(scenario, 6, 101, executor=one_thread)
     ran = [outcome for outcome in outcomes if not outcome.refused]
     assert ran
     for outcome in ran:
@@ -153,9 +150,8 @@ class Half:
         return self.gain * (reference - velocity)
 
 
-def test_own_controller_is_run_on_every_joint_and_summed_up():
-    with ThreadPoolExecutor(1) as executor:
-        found = sweep(SHORT, 2, seed=5, own={"half": Half}, executor=executor)
+def test_own_controller_is_run_on_every_joint_and_summed_up(one_thread):
+    found = sweep(SHORT, 2, seed=5, own={"half": Half}, executor=one_thread)
     drawn = draw_scenario(SHORT, 5, 1)
     alone = simulate(drawn, Half(drawn.feedback.gains[0]))
     assert found[1].metrics["half"] == alone.metrics
@@ -167,10 +163,9 @@ def test_own_controller_is_run_on_every_joint_and_summed_up():
         sweep(SHORT, 2, own={"pi": Half})
 
 
-def test_rival_of_the_package_is_run_on_every_joint_and_kept(tmp_path):
-    with ThreadPoolExecutor(1) as executor:
-        found = sweep(SHORT, 2, seed=5, further=["pi_inertia", "pi"], folder=tmp_path, executor=executor)
-        assert sweep(SHORT, 2, seed=5, further=["pi_inertia"], folder=tmp_path, executor=executor) == found
+def test_rival_of_the_package_is_run_on_every_joint_and_kept(tmp_path, one_thread):
+    found = sweep(SHORT, 2, seed=5, further=["pi_inertia", "pi"], folder=tmp_path, executor=one_thread)
+    assert sweep(SHORT, 2, seed=5, further=["pi_inertia"], folder=tmp_path, executor=one_thread) == found
     alone = simulate(draw_scenario(SHORT, 5, 1), "pi_inertia")
     assert found[1].metrics["pi_inertia"] == alone.metrics
     assert list(summary(found, 5)["own"]) == ["pi_inertia"]
@@ -178,18 +173,17 @@ def test_rival_of_the_package_is_run_on_every_joint_and_kept(tmp_path):
         sweep(SHORT, 2, further=["pid"])
 
 
-def test_interrupted_sweep_goes_on_where_it_stopped(tmp_path, monkeypatch, outcomes):
+def test_interrupted_sweep_goes_on_where_it_stopped(tmp_path, monkeypatch, outcomes, one_thread):
     ran = []
     run = studies.run_draw
     monkeypatch.setattr(studies, "run_draw", lambda *arguments: ran.append(arguments[3]) or run(*arguments))
-    with ThreadPoolExecutor(1) as executor:
-        sweep(SHORT, 3, seed=5, folder=tmp_path, executor=executor)
-        assert sorted(ran) == [0, 1, 2]
-        again = sweep(SHORT, 4, seed=5, folder=tmp_path, executor=executor)
-        assert ran[3:] == [3]
-        assert again == outcomes[:4]
-        sweep(SHORT.modified(duration=1.0), 2, seed=5, folder=tmp_path, executor=executor)
-        assert ran[4:] == [0, 1]
+    sweep(SHORT, 3, seed=5, folder=tmp_path, executor=one_thread)
+    assert sorted(ran) == [0, 1, 2]
+    again = sweep(SHORT, 4, seed=5, folder=tmp_path, executor=one_thread)
+    assert ran[3:] == [3]
+    assert again == outcomes[:4]
+    sweep(SHORT.modified(duration=1.0), 2, seed=5, folder=tmp_path, executor=one_thread)
+    assert ran[4:] == [0, 1]
 
 
 def test_beside_an_encoder_no_noise_of_the_velocity_is_drawn():

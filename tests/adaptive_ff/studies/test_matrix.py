@@ -115,32 +115,21 @@ def test_fastest_loop_is_bounded_by_the_margin_or_by_the_noise():
     assert gain * 0.05 == pytest.approx(0.1 * 400.0)
 
 
-def test_results_are_kept_and_run_again_only_where_something_changed(short, tmp_path, monkeypatch):
+def test_results_are_kept_and_run_again_only_where_something_changed(short, tmp_path, monkeypatch, one_thread):
     jobs = [Job(name, seed, False) for name in short for seed in (1, 2)]
     run, ran = matrix.run_job, []
     monkeypatch.setattr(matrix, "run_job", lambda own, job, names: ran.append(job) or run(own, job, names))
     shares = []
-    first = run_matrix(jobs[:2], ["pi", "oracle"], tmp_path / "out", executor=Here(), progress=shares.append)
+    first = run_matrix(jobs[:2], ["pi", "oracle"], tmp_path / "out", executor=one_thread, progress=shares.append)
     assert shares[-1] == 1.0
     assert ran == jobs[:2]
-    again = run_matrix(jobs, ["pi", "oracle"], tmp_path / "out", executor=Here())
+    again = run_matrix(jobs, ["pi", "oracle"], tmp_path / "out", executor=one_thread)
     assert ran == jobs  # the first two only once
     assert again[jobs[0]] == first[jobs[0]]
     scenario = tmp_path / f"{short[0]}.toml"
     scenario.write_text(scenario.read_text(encoding="utf-8") + "# changed\n", encoding="utf-8")
-    run_matrix(jobs, ["pi"], tmp_path / "out", executor=Here())
+    run_matrix(jobs, ["pi"], tmp_path / "out", executor=one_thread)
     assert ran[4:] == jobs[:2]
-
-
-class Here:
-    """An executor that runs at once, in this process."""
-
-    def submit(self, function, *arguments):
-        from concurrent.futures import Future
-
-        future = Future()
-        future.set_result(function(*arguments))
-        return future
 
 
 def test_a_cell_holds_what_a_run_of_its_own_gives(short):
@@ -222,7 +211,7 @@ def test_matrix_command_writes_tables_pictures_and_runs(tmp_path):
 
 
 @pytest.mark.filterwarnings("ignore")  # what the cluster's own modules warn of is not ours
-def test_runs_go_to_a_dask_cluster_by_its_executor(short, tmp_path):
+def test_runs_go_to_a_dask_cluster_by_its_executor(short, tmp_path, one_thread):
     distributed = pytest.importorskip("distributed")
     jobs = [Job(name, 1, False) for name in short]
     with (
@@ -230,4 +219,4 @@ def test_runs_go_to_a_dask_cluster_by_its_executor(short, tmp_path):
         distributed.Client(cluster) as client,
     ):
         found = run_matrix(jobs, ["pi", "oracle"], tmp_path / "cluster", executor=client.get_executor())
-    assert found == run_matrix(jobs, ["pi", "oracle"], tmp_path / "here", executor=Here())
+    assert found == run_matrix(jobs, ["pi", "oracle"], tmp_path / "here", executor=one_thread)

@@ -1,7 +1,7 @@
 """Own controllers in the scenario matrix, in its tables and on the command line."""
 
+import inspect
 import json
-from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 from command_line import refusal, run_command_line
@@ -13,14 +13,16 @@ from adaptive_ff.scenario.library import SCENARIOS
 from adaptive_ff.studies import matrix
 from adaptive_ff.studies.matrix import Job, cell_scenario, collect, run_matrix
 
-SOURCE = """
+
 class Mine:
     def __init__(self, proportional):
         self.gain = proportional
 
     def step(self, reference, velocity):
         return self.gain * (reference - velocity)
-"""
+
+
+SOURCE = inspect.getsource(Mine)
 
 
 @pytest.fixture
@@ -34,32 +36,23 @@ def short(monkeypatch, tmp_path):
     return tmp_path
 
 
-class Mine:
-    def __init__(self, proportional):
-        self.gain = proportional
-
-    def step(self, reference, velocity):
-        return self.gain * (reference - velocity)
-
-
-def test_own_controller_is_run_beside_the_others_and_kept_until_its_file_changes(short, monkeypatch):
+def test_own_controller_is_run_beside_the_others_and_kept_until_its_file_changes(short, monkeypatch, one_thread):
     job = Job("paper_100hz", 1, False)
     run, ran = matrix.run_job, []
     monkeypatch.setattr(matrix, "run_job", lambda own, job, names: ran.append(names) or run(own, job, names))
     own = {"mine": f"{short / 'mine.py'}:Mine"}
-    with ThreadPoolExecutor(1) as executor:
-        results = run_matrix([job], ["pi"], short / "out", own=own, executor=executor)
-        scenario = cell_scenario("paper_100hz", 1, False)
-        alone = simulate(scenario, Mine(scenario.feedback.gains[0])).metrics
-        assert results[job]["mine"]["rms_error_settled"] == alone.rms_error_settled
-        run_matrix([job], ["pi"], short / "out", own=own, executor=executor)
-        assert ran == [["pi", "mine"]]
-        (short / "mine.py").write_text(SOURCE + "# changed\n", encoding="utf-8")
-        run_matrix([job], ["pi"], short / "out", own=own, executor=executor)
-        assert ran == [["pi", "mine"], ["mine"]]
-        living = run_matrix([job], ["pi"], short / "out", own={"mine": Mine}, executor=executor)
-        assert ran[2:] == [["mine"]]  # whether it is the same, nobody knows
-        assert living == results
+    results = run_matrix([job], ["pi"], short / "out", own=own, executor=one_thread)
+    scenario = cell_scenario("paper_100hz", 1, False)
+    alone = simulate(scenario, Mine(scenario.feedback.gains[0])).metrics
+    assert results[job]["mine"]["rms_error_settled"] == alone.rms_error_settled
+    run_matrix([job], ["pi"], short / "out", own=own, executor=one_thread)
+    assert ran == [["pi", "mine"]]
+    (short / "mine.py").write_text(SOURCE + "# changed\n", encoding="utf-8")
+    run_matrix([job], ["pi"], short / "out", own=own, executor=one_thread)
+    assert ran == [["pi", "mine"], ["mine"]]
+    living = run_matrix([job], ["pi"], short / "out", own={"mine": Mine}, executor=one_thread)
+    assert ran[2:] == [["mine"]]  # whether it is the same, nobody knows
+    assert living == results
 
 
 def test_table_and_picture_show_own_controllers(short):

@@ -1,7 +1,6 @@
 """The engine: what runs, what is kept, and where it runs."""
 
 import threading
-from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
@@ -70,15 +69,14 @@ def test_results_are_written_as_they_come(tmp_path):
     assert Store(file, "now").read("case 1", ["pi"]) == {"": 0, "pi": 1}
 
 
-def test_all_but_the_first_go_to_the_executor_and_progress_reaches_one():
+def test_all_but_the_first_go_to_the_executor_and_progress_reaches_one(one_thread):
     here, seen, shares = threading.get_ident(), {}, []
 
     def run(case, names):
         seen[case] = threading.get_ident()
         return {"": 0, **dict.fromkeys(names, case)}
 
-    with ThreadPoolExecutor(1) as executor:
-        run_study(run, CASES, ["pi"], executor=executor, progress=shares.append)
+    run_study(run, CASES, ["pi"], executor=one_thread, progress=shares.append)
     assert seen[0] == here
     assert here not in {seen[case] for case in (1, 2, 3)}
     assert shares == [0.25, 0.5, 0.75, 1.0]

@@ -145,6 +145,8 @@ def kernel_of(lines, tmp_path, monkeypatch, head="def kernel(x, n, t):"):
         ("a = b, c = x, x\nreturn b", 0, "write a statement for each target"),
         ("a, *b = x, x\nreturn a", 0, "*b cannot be one of several targets; write a statement for each"),
         ("[a, b] = x, x\nreturn a", 0, "[a, b] cannot be one of several targets; write a statement for each"),
+        ("for i in range():\n    x += i\nreturn x", 0, "a range must be of integers"),
+        ("for i in range(0, n, 1, 7):\n    x += i\nreturn x", 0, "a range must be of integers"),
         ("t[0:1] = 1.0", 0, "t[0:1] is a slice; write a loop over a range"),
         ("t[0, :] = 1.0", 0, "t[0, :] is a slice; write a loop over a range"),
         ("t[:] += 1.0", 0, "t[:] is a slice; write a loop over a range"),
