@@ -195,11 +195,7 @@ def arguments():
             given = [one for one in inspect.signature(function).parameters.values() if one.name != "self"]
             given = [one for one in given if one.kind not in (one.VAR_POSITIONAL, one.VAR_KEYWORD)]
             records = [one for one in given if inspect.isclass(one.annotation) and issubclass(one.annotation, tuple)]
-            kinds = {
-                one.name: kind_of(one.annotation)
-                for one in given
-                if one.kind not in (one.VAR_POSITIONAL, one.VAR_KEYWORD)
-            }
+            kinds = {one.name: kind_of(one.annotation) for one in given}
             if any(kinds.values()) and name not in UNCHECKED.split() and (not records or inspect.isclass(function)):
                 checked = {key: kind for key, kind in kinds.items() if kind and (name, key) not in ELSEWHERE}
                 found[name] = function, checked

@@ -133,23 +133,16 @@ def test_torque_form_predicts_far_better_than_the_series(data, found):
     assert form < 0.2 * series
 
 
-@pytest.mark.parametrize("covariance", [1e2, 1e4, 1e6, 1e8])
-def test_rls_without_forgetting_is_least_squares_with_the_prior(data, covariance):
-    rows, outputs = regression(data.velocity, data.acting)
-    found = run_rls(rows, outputs, 1.0, covariance)[0][-1]
-    scale = np.linalg.norm(rows, axis=0)
-    augmented = np.vstack([rows, np.eye(6) / math.sqrt(covariance)]) / scale
-    expected = np.linalg.lstsq(augmented, np.append(outputs, np.zeros(6)))[0] / scale
-    assert found == pytest.approx(expected, rel=1e-9)
-
-
-def test_rls_approaches_plain_least_squares_as_the_first_covariance_grows(data):
+def test_rls_without_forgetting_is_least_squares_with_a_prior_that_fades_as_its_covariance_grows(data):
     rows, outputs = regression(data.velocity, data.acting)
     plain = identify_series(data.velocity, data.acting, PERIOD, stribeck_velocity=0.05).regression.values
-    distances = [
-        online.largest_difference(run_rls(rows, outputs, 1.0, covariance)[0][-1], plain)
-        for covariance in (1e2, 1e4, 1e6, 1e8)
-    ]
+    scale, distances = np.linalg.norm(rows, axis=0), []
+    for covariance in (1e2, 1e4, 1e6, 1e8):
+        found = run_rls(rows, outputs, 1.0, covariance)[0][-1]
+        augmented = np.vstack([rows, np.eye(6) / math.sqrt(covariance)]) / scale
+        expected = np.linalg.lstsq(augmented, np.append(outputs, np.zeros(6)))[0] / scale
+        assert found == pytest.approx(expected, rel=1e-9)
+        distances.append(online.largest_difference(found, plain))
     for nearer, farther in itertools.pairwise(reversed(distances)):
         assert nearer < 0.02 * farther
 
@@ -168,7 +161,8 @@ def test_online_estimates_end_where_offline_ones_do(data, found, online_run):
     assert rms(online_run.series.errors["last"][400:]) > 5.0 * rms(online_run.series.errors["prior"][400:])
 
 
-def test_recursion_as_printed_is_13_word_for_word():
+@pytest.mark.parametrize("form", rounding.FORMS)
+def test_every_form_of_the_recursion_is_13_word_for_word(form):
     rng = np.random.default_rng(3)
     estimate, covariance = rng.standard_normal(6), np.diag(rng.uniform(1.0, 9.0, 6))
     expected, matrix = estimate.copy(), covariance.copy()
@@ -179,21 +173,10 @@ def test_recursion_as_printed_is_13_word_for_word():
         gain = matrix @ row / (row @ matrix @ row + 0.97)  # (12)
         expected = expected + gain * error  # (11)
         matrix = (np.eye(6) - np.outer(gain, row)) @ matrix / 0.97  # (13)
-        assert rounding.update_rls(rounding.PRINTED, state, row, output, 0.97) == pytest.approx(error, rel=1e-9)
+        assert rounding.update_rls(form, state, row, output, 0.97) == pytest.approx(error, rel=1e-9)
     assert estimate == pytest.approx(expected, rel=1e-9)
     assert covariance == pytest.approx(matrix, rel=1e-9, abs=1e-12)
-    assert not np.array_equal(covariance, covariance.T)
-
-
-def test_printed_and_symmetric_recursion_agree_where_data_excite(data):
-    rows, outputs = regression(data.velocity, data.acting)
-    estimates = []
-    for form in (rounding.SYMMETRIC, rounding.PRINTED):
-        state = RLSState(np.zeros(6), 1e4 * np.eye(6), np.zeros(6))
-        for row, output in zip(rows[:2000], outputs[:2000], strict=True):
-            rounding.update_rls(form, state, row, output, 0.99)
-        estimates.append(state.estimate)
-    assert estimates[1] == pytest.approx(estimates[0], rel=1e-8)
+    assert np.array_equal(covariance, covariance.T) is (form == rounding.SYMMETRIC)
 
 
 def test_rounding_harms_only_the_form_that_saves_a_product():

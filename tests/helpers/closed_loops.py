@@ -8,7 +8,8 @@ from stepped_joint import CompiledJoint
 
 from adaptive_ff import load_scenario
 from adaptive_ff.comparison.registry import CONTROLLERS
-from adaptive_ff.simulation.experiment import build_plain_setup, build_setup, empty_record
+from adaptive_ff.simulation.experiment import build_plain_setup, empty_record
+from adaptive_ff.simulation.experiment import build_setup as build_setup
 from adaptive_ff.simulation.loop import run_in_memory, run_plain, start_position
 from controllers import Native, compiles
 from plant import Actuator
@@ -96,20 +97,3 @@ def error_of(setup, record, seconds):
     """Root of the mean square error over the last seconds."""
     last = round(seconds / setup.solver_period)
     return float(np.sqrt(np.mean((setup.reference - record.velocity)[-last:] ** 2)))
-
-
-__all__ = [
-    "LEARNING",
-    "LINE_UP",
-    "NAMES",
-    "SAMPLE",
-    "SCENARIO",
-    "build_setup",
-    "drive",
-    "error_of",
-    "make",
-    "own_loop",
-    "run_compiled",
-    "run_plain",
-    "setup_along",
-]

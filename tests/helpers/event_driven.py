@@ -57,16 +57,8 @@ def motion(joint, torque, slope, duration, times, velocity=0.0, friction=0.0):
             return direction * y[0] if t > begin + 1e-12 else 1.0
 
         reversal.terminal, reversal.direction = True, -1.0
-        arc = solve_ivp(
-            rates,
-            (time, duration),
-            [velocity, friction],
-            events=reversal,
-            dense_output=True,
-            rtol=1e-9,
-            atol=1e-12,
-            max_step=0.02,
-        )
+        tolerances = {"rtol": 1e-9, "atol": 1e-12, "max_step": 0.02}
+        arc = solve_ivp(rates, (time, duration), [velocity, friction], events=reversal, dense_output=True, **tolerances)
         inside = (times >= time) & (times <= arc.t[-1])
         if np.any(inside):
             found[inside] = arc.sol(times[inside])[0]

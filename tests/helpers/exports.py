@@ -3,6 +3,7 @@
 import itertools
 import shutil
 import subprocess
+from functools import partial
 from unittest.mock import patch
 
 import numpy as np
@@ -37,22 +38,17 @@ def adaptive(parameters=ESTIMATED, delay=0.0, velocity_lag=0.0, period=0.01, **f
     return AdaptiveController(*pi_gains(20.0, 10.0), period, inertia=20.0, stribeck_velocity=0.05, **variant)
 
 
-def adaptive_with_map(**further):
-    """Make an adaptive controller that learns friction over position and load."""
-    return adaptive(WITH_OFFSET, position_periods=[0.3], position_hats=9, load_friction=True, **further)
-
-
-def adaptive_with_ripples(**further):
-    """Make an adaptive controller that learns gravity, and ripples of two periods."""
-    return adaptive(WITH_GRAVITY, ripple_periods=[0.02, 0.3], **further)
+adaptive_with_map = partial(adaptive, WITH_OFFSET, position_periods=[0.3], position_hats=9, load_friction=True)
+"""One that learns friction over position and load."""
+adaptive_with_ripples = partial(adaptive, WITH_GRAVITY, ripple_periods=[0.02, 0.3])
+"""One that learns gravity, and ripples of two periods."""
 
 
 def adaptive_variants():
     """Variants of the adaptive controller by name, as functions that make one: all sizes of all arrays and tuples."""
     grid = itertools.product(SIZES, ((0.0, 0.0), (1.5, 0.004)))
     return {"map": adaptive_with_map, "ripples": adaptive_with_ripples} | {
-        f"{size} delay={delay} lag={lag}": (lambda size=size, delay=delay, lag=lag: adaptive(SIZES[size], delay, lag))
-        for size, (delay, lag) in grid
+        f"{size} delay={delay} lag={lag}": partial(adaptive, SIZES[size], delay, lag) for size, (delay, lag) in grid
     }
 
 

@@ -96,17 +96,9 @@ def log_figures(name):
     found = identify_log(log, validation=other)
     left = {key: one._asdict() for key, one in replay_log(other).left.items()}
     del left["fixed"]["whole"]  # its first samples hang on a lag that nothing determines
-    return dict(
-        numbers(
-            {
-                "identified": found.to_dict(),
-                "left": left,
-                "score": {
-                    key: value for key, value in score_log(log, other).to_dict().items() if key != "identification"
-                },
-            }
-        )
-    )
+    score = score_log(log, other).to_dict()
+    del score["identification"]
+    return dict(numbers({"identified": found.to_dict(), "left": left, "score": score}))
 
 
 CASES = {

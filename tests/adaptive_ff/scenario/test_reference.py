@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from adaptive_ff import InputError, load_scenario
+from adaptive_ff.files import write_csv
 from adaptive_ff.scenario.reference import Multisine, Recorded
 
 MULTISINE = load_scenario().reference
@@ -28,12 +29,9 @@ def motion(time):
     return position, 0.5 * slow * np.cos(slow * time) + 0.08 * fast * np.sin(fast * time)
 
 
-def write(folder, columns, name="motion.csv"):
-    path = folder / name
-    rows = zip(*columns.values(), strict=True)
-    lines = [",".join(columns), *(",".join(map(repr, map(float, row))) for row in rows)]
-    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
-    return path
+def write(folder, columns):
+    write_csv(folder / "motion.csv", columns)
+    return folder / "motion.csv"
 
 
 def read(path, **names):
