@@ -16,6 +16,16 @@ if TYPE_CHECKING:
     from adaptive_ff.scenario.scenario import Scenario
     from adaptive_ff.studies.motion import Excitation
 
+GAINED = (
+    "On the simulated joint: settled rms error {before:.3g} with the PI loop as given ({before_bandwidth:.3g} Hz), "
+    "{best_pi:.3g} with the bandwidth that suits PI ({best_pi_bandwidth:.3g} Hz), {after:.3g} commissioned "
+    "({after_bandwidth:.3g} Hz).",
+    "On a real joint: run excitation.csv several times in a row under its own loop, record time, velocity and torque, "
+    "and give the log with --log (and half a period as --torque-delay where the torque of a row acts over the coming "
+    "period).",
+)
+"""What was gained on the simulated joint, and what to do on a real one."""
+
 PERIOD = Annotated[float, typer.Option(help="Period of the exciting motion, s.")]
 
 
@@ -108,7 +118,7 @@ def commission_command(
                 gain = gain_on_the_true_joint(loaded, result, study)
         pictures |= found.plot(None) | {"tune": study.plot()}
         shown = [parameters_table(found), best_table(study), *taken, *verdict_lines(found)]
-        shown += _taken_from(loaded.name, found) if gain is None else _said(gain)
+        shown += _taken_from(loaded.name, found) if gain is None else [text.format(**gain) for text in GAINED]
         (stage / "scenario.toml").write_text(to_toml(result), encoding="utf-8")
         summary = {
             "identification": found.to_dict(),
@@ -145,16 +155,4 @@ def _taken_from(source: str, found: "LogIdentification") -> list[str]:
     return [
         f"In scenario.toml sampling, drive, sensor and reference are those of {source}, not of the log; set them.",
         *([f"The log shows {' and '.join(left)} as well; the simulated joint does without."] if left else []),
-    ]
-
-
-def _said(gain: dict[str, float]) -> list[str]:
-    """Return what was gained on the simulated joint, and what to do on a real one."""
-    return [
-        f"On the simulated joint: settled rms error {gain['before']:.3g} with the PI loop as given "
-        f"({gain['before_bandwidth']:.3g} Hz), {gain['best_pi']:.3g} with the bandwidth that suits PI "
-        f"({gain['best_pi_bandwidth']:.3g} Hz), {gain['after']:.3g} commissioned ({gain['after_bandwidth']:.3g} Hz).",
-        "On a real joint: run excitation.csv several times in a row under its own loop, record time, velocity and "
-        "torque, and give the log with --log (and half a period as --torque-delay where the torque of a row acts over "
-        "the coming period).",
     ]

@@ -126,9 +126,9 @@ def compare_command(
             shown.append(f"Each controller in the loop that suits it, chosen on other seeds: {best}")
         warn(comparison.cautions())
         title, details = f"Controllers on {source}, seed {loaded.seed}", {"Scenario": to_toml(loaded)}
-        results.write_series(comparison)
         result = {**comparison.to_dict(), "verdict": vars(found)}
-        results.write("result.json", result, shown, comparison.plot(None), title=title, details=details)
+        pictures = comparison.plot(None)
+        results.write("result.json", result, shown, pictures, title=title, details=details, series=comparison)
         results.shown.append(f"Plots, time series and result.json are in {output.out}")
         from adaptive_ff.report.comparison_pictures import PICTURES
 

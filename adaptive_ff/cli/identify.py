@@ -80,8 +80,7 @@ def identify_command(
         page = {} if refused else {SCENARIO: (results.stage / SCENARIO).read_text(encoding="utf-8")}
         shown = _shown(found, taken.sentence, refused, output.out, details=details)
         title = f"Joint identified from {log}"
-        results.write_series(found)
-        results.write("identification.json", result, shown, found.plot(None), title=title, details=page)
+        results.write("identification.json", result, shown, found.plot(None), title=title, details=page, series=found)
         made = ["Plots", "identification.json", *([] if refused else [SCENARIO, REFERENCE])]
         results.shown.append(f"{', '.join([*made, *(ENDINGS[name] for name in simulators)])} are in {output.out}")
         results.left_behind(PICTURES, [])

@@ -126,14 +126,12 @@ def _explained(error: Exception) -> str | None:
     """
     message = getattr(error, "format_message", None)
     if message is not None:
-        wrong_value = _wrong_value(error)
-        if wrong_value is not None:
+        if wrong_value := _wrong_value(error):
             return wrong_value
         context = getattr(error, "ctx", None)
         hint = "" if context is None else f"; {context.command_path} --help shows what is allowed"
         return message().rstrip(".") + hint if message() else ""
-    failure = _own_failure(error)
-    if failure is not None:
+    if failure := _own_failure(error):
         return failure
     if type(error).__name__ == "LinAlgError":
         return f"numbers are too large, too small or too much alike to compute with ({error})"

@@ -143,24 +143,22 @@ def command(function: Callable[..., Any], *, common: bool = True) -> Callable[..
             add_group(kind, parameter.default)
         else:
             parameters.append(_option(name, kind, parameter.default, own))
-    common = common and not any(issubclass(kind, Common) for kind in groups.values())
-    if common:
+    if common and not any(issubclass(kind, Common) for kind in groups.values()):
+        groups[""] = Common  # no parameter of the function
         add_group(Common, Common())
 
     @functools.wraps(function)
     def wrapped(**given: Any) -> Any:
-        def take(kind: Any) -> Any:
-            return kind(**{one.name: given.pop(one.name) for one in fields(kind)})
-
-        filled = {name: take(kind) for name, kind in groups.items()}
-        for one in (*([take(Common)] if common else []), *filled.values()):
-            if isinstance(one, Common):
-                to_standard_output = isinstance(one, Output) and one.json == STANDARD_OUTPUT
-                SETTINGS.quiet, SETTINGS.tables = one.quiet or to_standard_output, one.tables
-            if isinstance(one, Output):
-                _ = one.drawn  # refused before anything runs
+        filled = {
+            name: kind(**{one.name: given.pop(one.name) for one in fields(kind)}) for name, kind in groups.items()
+        }
+        chosen = next((one for one in filled.values() if isinstance(one, Common)), Common())
+        SETTINGS.quiet, SETTINGS.tables = chosen.quiet, chosen.tables
+        if isinstance(chosen, Output):
+            _ = chosen.drawn  # refused before anything runs
+            SETTINGS.quiet |= chosen.json == STANDARD_OUTPUT
         try:
-            return function(**given, **filled)
+            return function(**given, **{name: one for name, one in filled.items() if name})
         finally:
             SETTINGS.quiet, SETTINGS.tables = False, TableForm.TEXT
 

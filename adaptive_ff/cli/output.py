@@ -48,8 +48,9 @@ class Results:
         details: Mapping[str, str] | None = None,
         source: str | None = None,
         further: Shown = (),
+        series: Any = None,
     ) -> None:
-        """Write JSON, pictures and on demand the page.
+        """Write JSON, pictures, and on demand the page and the series of a result for viewers.
 
         Without a name there is nothing but the copy that ``--json`` asks for. What is shown, tables and sentences in
         their order, is printed at the end; only the page has the title, the details (longer texts by heading) and what
@@ -68,14 +69,11 @@ class Results:
         copy = [] if self.output.json is None else [self.beside[self.output.json]]
         for file in [*([self.stage / name] if name else []), *copy]:
             write_result(file, result)
-
-    def write_series(self, found: Any) -> None:
-        """Write the series of a result for viewers where ``--mcap`` asks for them."""
         if files := series_files(self.output):
             from adaptive_ff.report.viewers import layout, write_mcap
 
-            write_mcap(self.beside[files[0]], found)
-            self.beside[files[1]].write_text(layout(found), encoding="utf-8")
+            write_mcap(self.beside[files[0]], series)
+            self.beside[files[1]].write_text(layout(series), encoding="utf-8")
 
     def left_behind(self, pictures: Iterable[str], files: Iterable[str]) -> None:
         """Say which of the command's pictures (without an ending) and files stay in its folder from earlier."""

@@ -55,8 +55,7 @@ def replay_command(
             values = ", ".join(f"{key} {value:.4g} {found.units[key]}" for key, value in estimates.items())
             shown.append(f"Estimates at the end, {name}: {values}")
         result = {**found.to_dict(), "columns": taken.columns}
-        results.write_series(found)
-        results.write("replay.json", result, shown, found.plot(None), title=f"Replay of {log}")
+        results.write("replay.json", result, shown, found.plot(None), title=f"Replay of {log}", series=found)
         if save_state is not None:
             results.beside[save_state].write_text(found.state_to_json(), encoding="utf-8")
         results.shown.append(f"Plots and replay.json are in {output.out}")

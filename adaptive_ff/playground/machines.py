@@ -20,6 +20,20 @@ Tables = dict[str, Any]
 STOPS = 20
 """Steps of a slider."""
 
+TEXTS = {
+    "inertia": ("kg m²", "true inertia; both loops are designed for {:g}"),
+    "mass": ("kg m²", "true mass; both loops are designed for {:g}"),
+    "Coulomb friction": ("N m", "friction that sliding has at every speed"),
+    "stiction": ("N m", "friction at which the joint breaks away from rest"),
+    "friction lag": ("ms", "time by which friction follows velocity"),
+    "bandwidth": ("Hz", "crossover that both loops are designed for"),
+    "noise": ("rad/s", "of the measured velocity, standard deviation"),
+    "encoder": ("counts/turn", "the velocity is made of its readings"),
+    "load step": ("N m", "constant load from half-time on"),
+    "gravity": ("N m", "weight of the arm, times the sine of its position"),
+}
+"""Unit and meaning of each slider; ``{:g}`` is the value that it begins with."""
+
 
 @dataclass(frozen=True)
 class Slider:
@@ -107,78 +121,38 @@ def _with(value: float, stops: tuple[float, ...]) -> tuple[tuple[float, ...], in
 
 def sliders(scenario: Scenario) -> Iterator[Slider]:
     """Yield the sliders of a scenario: of a joint with lagged Stribeck friction, with a multisine, without changes."""
-    joint, sensor = scenario.joint, scenario.sensor
+    joint, sensor, hertz = scenario.joint, scenario.sensor, scenario.feedback.hertz
 
-    def unit(text: str) -> str:
-        return axis_unit(joint.axis, text)
+    def slider(
+        name: str, value: float, stops: tuple[float, ...], tables: Callable[[float], Tables], **beside: float
+    ) -> Slider:
+        unit, says = TEXTS[name]
+        placed = _with(value, stops)
+        says, given = says.format(value), {"joint": beside} if beside else {}
+        return Slider(name, axis_unit(joint.axis, unit), says, *placed, tables, given)
 
-    friction = _with(joint.coulomb, _up_to(2.0 * joint.stiction))[0]
-    friction, _ = _with(joint.stiction, friction)
     mass = "mass" if joint.axis == "linear" else "inertia"
-    yield Slider(
-        mass,
-        unit("kg m²"),
-        f"true {mass}; both loops are designed for {joint.inertia:g}",
-        *_with(joint.inertia, _around(joint.inertia, 0.5, 2.0)),
-        _field("joint", "inertia"),
-    )
-    for name, key, says, beside in (
-        ("Coulomb friction", "coulomb", "friction that sliding has at every speed", {"stiction": friction[-1]}),
-        ("stiction", "stiction", "friction at which the joint breaks away from rest", {"coulomb": friction[0]}),
-    ):
-        place = friction.index(getattr(joint, key))
-        yield Slider(name, unit("N m"), says, friction, place, _field("joint", key), {"joint": beside})
-    lag = getattr(joint, "friction_lag", 0.0)
-    yield Slider(
-        "friction lag",
-        "ms",
-        "time by which friction follows velocity",
-        *_with(1e3 * lag, _up_to(max(3e3 * lag, 30.0))),
-        lambda value: {"joint": {"friction_lag": value / 1e3}},
-    )
-    hertz = scenario.feedback.hertz
-    yield Slider(
-        "bandwidth",
-        "Hz",
-        "crossover that both loops are designed for",
-        *_with(hertz, _around(hertz, 0.2, 0.98 * fastest_bandwidth(scenario.sampling.period) / hertz)),
-        _field("feedback", "bandwidth"),
-    )
+    yield slider(mass, joint.inertia, _around(joint.inertia, 0.5, 2.0), _field("joint", "inertia"))
+    friction, _ = _with(joint.stiction, _with(joint.coulomb, _up_to(2.0 * joint.stiction))[0])
+    yield slider("Coulomb friction", joint.coulomb, friction, _field("joint", "coulomb"), stiction=friction[-1])
+    yield slider("stiction", joint.stiction, friction, _field("joint", "stiction"), coulomb=friction[0])
+    lag = 1e3 * getattr(joint, "friction_lag", 0.0)
+    in_seconds = _field("joint", "friction_lag")
+    yield slider("friction lag", lag, _up_to(max(3.0 * lag, 30.0)), lambda value: in_seconds(value / 1e3))
+    most = 0.98 * fastest_bandwidth(scenario.sampling.period) / hertz
+    yield slider("bandwidth", hertz, _around(hertz, 0.2, most), _field("feedback", "bandwidth"))
     if sensor.encoder_resolution is None:
         noise = sensor.velocity_noise
-        yield Slider(
-            "noise",
-            unit("rad/s"),
-            "of the measured velocity, standard deviation",
-            *_with(noise, _up_to(4.0 * noise)),
-            _field("sensor", "velocity_noise"),
-        )
+        yield slider("noise", noise, _up_to(4.0 * noise), _field("sensor", "velocity_noise"))
     else:
-        counts = round(2.0 * math.pi / sensor.encoder_resolution)
-        yield Slider(
-            "encoder",
-            "counts/turn",
-            "the velocity is made of its readings",
-            *_with(counts, tuple(float(2**power) for power in range(9, 19))),
-            lambda value: {"sensor": {"encoder_resolution": 2.0 * math.pi / value}},
-        )
-    yield Slider(
-        "load step",
-        unit("N m"),
-        "constant load from half-time on",
-        _up_to(joint.stiction),
-        0,
-        lambda value: {"change": [{"time": 0.5 * scenario.length, "load": value}]},
-    )
+        resolution, counts = _field("sensor", "encoder_resolution"), round(2.0 * math.pi / sensor.encoder_resolution)
+        powers = tuple(float(2**power) for power in range(9, 19))
+        yield slider("encoder", counts, powers, lambda value: resolution(2.0 * math.pi / value))
+    half = 0.5 * scenario.length
+    loads = _up_to(joint.stiction)
+    yield slider("load step", 0.0, loads, lambda value: {"change": [{"time": half, "load": value}]})
     if joint.axis == "rotary":
-        yield Slider(
-            "gravity",
-            "N m",
-            "weight of the arm, times the sine of its position",
-            _up_to(joint.stiction),
-            0,
-            _field("joint", "gravity"),
-        )
+        yield slider("gravity", 0.0, loads, _field("joint", "gravity"))
 
 
 def machines() -> list[Machine]:

@@ -5,7 +5,7 @@ A topic holds objects of numbers: ``/adaptive`` has ``torque.feedforward``, whic
 """
 
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from functools import singledispatch
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -149,29 +149,26 @@ def layout(result: Any) -> str:
     root = ElementTree.Element("root")
     tabs = ElementTree.SubElement(root, "tabbed_widget", {"name": "Main Window", "parent": "main_window"})
     found = topics(result)
-    _tab(tabs, "motion", [(topic, ["motion"]) for topic in found if "motion" in topic.parts])
-    _tab(tabs, "torque", [(topic, ["torque"]) for topic in found if "torque" in topic.parts])
+    for part in ("motion", "torque"):
+        _tab(tabs, part, [(topic, part) for topic in found if part in topic.parts])
     for topic in found:
         others = [name for name in topic.parts if name not in ("motion", "torque", "monitors")]
         beside = [one for one in found if one.name == f"{topic.name}/bounds"]
         if others and not topic.name.endswith("/bounds"):
-            _tab(tabs, topic.name.strip("/"), [(topic, [name]) for name in others], beside)
+            _tab(tabs, topic.name.strip("/"), [(topic, name) for name in others], beside)
     ElementTree.indent(root, " ")
     return ElementTree.tostring(root, encoding="unicode", xml_declaration=True) + "\n"
 
 
-def _tab(
-    tabs: ElementTree.Element, title: str, plots: list[tuple[Topic, list[str]]], beside: list[Topic] | None = None
-) -> None:
+def _tab(tabs: ElementTree.Element, title: str, plots: list[tuple[Topic, str]], beside: Sequence[Topic] = ()) -> None:
     if not plots:
         return
     container = ElementTree.SubElement(ElementTree.SubElement(tabs, "Tab", tab_name=title, containers="1"), "Container")
     sizes = ";".join([f"{1.0 / len(plots):.6f}"] * len(plots))
     splitter = ElementTree.SubElement(container, "DockSplitter", orientation="-", count=str(len(plots)), sizes=sizes)
-    for topic, names in plots:
+    for topic, name in plots:
         area = ElementTree.SubElement(splitter, "DockArea", name="...")
         plot = ElementTree.SubElement(area, "plot", style="Lines", mode="TimeSeries", flip_x="false", flip_y="false")
-        for name in names:
-            for one in (topic, *(beside or [])):
-                for series in one.parts[name].series if name in one.parts else ():
-                    ElementTree.SubElement(plot, "curve", name=f"{one.name}/{name}/{series}")
+        for one in (topic, *beside):
+            for series in one.parts[name].series if name in one.parts else ():
+                ElementTree.SubElement(plot, "curve", name=f"{one.name}/{name}/{series}")
