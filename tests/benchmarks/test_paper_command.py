@@ -1,6 +1,5 @@
 import json
 
-import pytest
 from matplotlib.figure import Figure
 from typer import Typer
 from typer.testing import CliRunner
@@ -23,12 +22,8 @@ def invoke(*arguments):
     return CliRunner().invoke(app, [str(argument) for argument in arguments])
 
 
-@pytest.fixture
-def small(monkeypatch):
+def test_it_prints_the_table_draws_the_figures_and_writes_the_result(monkeypatch, tmp_path):
     monkeypatch.setattr(command, "EXPERIMENTS", {"one": experiment, "two": lambda: experiment("figure_98")})
-
-
-def test_it_prints_the_table_draws_the_figures_and_writes_the_result(small, tmp_path):
     done = invoke("--out", tmp_path / "out", "--json", tmp_path / "result" / "paper.json")
     assert done.exit_code == 0
     assert sorted(path.name for path in (tmp_path / "out").iterdir()) == ["figure_98.png", "figure_99.png"]

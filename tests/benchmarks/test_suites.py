@@ -3,6 +3,7 @@
 import json
 import math
 import pickle
+from functools import partial
 
 import pytest
 from typer.testing import CliRunner
@@ -11,6 +12,7 @@ from adaptive_ff.errors import InputError
 from adaptive_ff.simulation.tracking_errors import TrackingErrors, ratios
 from benchmarks import __main__ as command
 from benchmarks import running, suite
+from benchmarks.cases.situations import named_scenario
 from benchmarks.compare import geometric_mean, moved_lines, summary_lines
 from benchmarks.results import Result, Row, read_result
 from benchmarks.running import gathered, run_case, run_suite, tracked
@@ -54,8 +56,6 @@ def refuses(controllers):
 @pytest.fixture
 def two_rows(tmp_path, monkeypatch):
     monkeypatch.setattr(running, "KEPT", tmp_path)
-    from functools import partial
-
     cases = [Case(f"made/{value}", value, partial(made_up, value)) for value in range(4)]
     return run_suite(Suite("made", "made up", []), [*cases, Case("refused/1", 1, refuses)], ["pi", "own"], workers=1)
 
@@ -109,10 +109,6 @@ def test_geometric_mean():
 
 
 def test_a_scenario_that_is_made_here_is_compared_with_pi():
-    from functools import partial
-
-    from benchmarks.cases.situations import named_scenario
-
     case = Case("label/3", 3, partial(tracked, "row", partial(named_scenario, "light"), 1, 3))
     found = run_case(case, ["pi", "adaptive"])
     assert found[""] == {"row": "row"}

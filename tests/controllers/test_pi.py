@@ -3,21 +3,9 @@ import math
 import control
 import numpy as np
 import pytest
+from inertia_loops import GAINS, INERTIA, PERIOD, run_inertia
 
 from controllers import PI, feed_back, planned_inputs
-
-INERTIA, PERIOD = 20.0, 0.01
-GAINS = (2.0 * math.pi * 5.0 * INERTIA, (2.0 * math.pi * 5.0) ** 2 * INERTIA / 5.0)
-
-
-def run_loop(controller, reference, disturbance=None):
-    """Velocity of a pure inertia in closed loop, at each sample."""
-    velocity, velocities = 0.0, []
-    for k, value in enumerate(reference):
-        velocities.append(velocity)
-        torque = controller.step(value, velocity)
-        velocity += PERIOD / INERTIA * (torque + (0.0 if disturbance is None else disturbance[k]))
-    return np.array(velocities)
 
 
 @pytest.mark.parametrize("gains", [GAINS, (GAINS[0], 0.0), (100.0, 3000.0)])
@@ -34,7 +22,7 @@ def test_closed_loop_with_an_inertia_is_the_transfer_function_of_python_control(
     rejection = control.tf([PERIOD, -PERIOD], characteristic, PERIOD)
     expected = control.forced_response(tracking, inputs=reference).outputs
     expected = expected + control.forced_response(rejection, inputs=disturbance).outputs
-    velocities = run_loop(PI(*gains, PERIOD), reference, disturbance)
+    velocities, _ = run_inertia(PI(*gains, PERIOD), reference, load=-disturbance, tell=False, preview=False)
     assert np.max(np.abs(velocities)) > 0.1
     assert velocities == pytest.approx(expected, rel=1e-12, abs=1e-12)
 

@@ -46,7 +46,7 @@ def run_inertia(
     inertia=INERTIA,
     velocity=0.0,
 ):
-    """Velocity (as measured) and estimated disturbance at each sample.
+    """Velocity (as measured) and estimated disturbance, none without an observer, at each sample.
 
     ``load`` opposes the torque over the period that begins with a sample, ``known`` is what the controller knows of it;
     ``disturbance`` is added to the measurement. The drive gives a command after ``delay`` periods, within a limit.
@@ -65,7 +65,7 @@ def run_inertia(
             feedforward=known[k],
             dt=before,
         )
-        estimates.append(controller.disturbance)
+        estimates.append(getattr(controller, "disturbance", 0.0))
         late.append(torque)
         realised = min(max(late.pop(0), -limit), limit)
         velocity += dt[k] / inertia * (realised - load[k])

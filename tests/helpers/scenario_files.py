@@ -5,6 +5,9 @@ import json
 import math
 import tomllib
 
+import pytest
+
+from adaptive_ff import InputError
 from adaptive_ff.scenario.scenario import BUILT_IN
 
 REMOVED = object()
@@ -38,6 +41,16 @@ def changed(content, path, value):
 def to_toml(content):
     """Content as a TOML text, tables inline."""
     return "".join(f"{_text(key)} = {_value(value)}\n" for key, value in content.items())
+
+
+def refused(prefix, function, *arguments, **named):
+    """What a refusal, which is one line, says after a prefix."""
+    with pytest.raises(InputError) as caught:
+        function(*arguments, **named)
+    message = str(caught.value)
+    assert message.splitlines() == [message]
+    assert message.startswith(prefix)
+    return message.removeprefix(prefix)
 
 
 def write_scenario(folder, content, name="scenario.toml"):

@@ -19,9 +19,12 @@ def with_torque(log, torque):
     return Log("log", log.time, torque, position=log.position)
 
 
+LOG = make_log(noise=0.1, period=0.004)
+
+
 @pytest.fixture(scope="module")
 def found():
-    return identify_log(make_log(noise=0.1, period=0.004))
+    return identify_log(LOG)
 
 
 def test_values_are_those_of_the_joint_and_lie_in_their_intervals(found):
@@ -37,16 +40,14 @@ def test_values_are_those_of_the_joint_and_lie_in_their_intervals(found):
 
 @pytest.mark.parametrize("unit", [1e-3, 1e3])
 def test_estimates_scale_with_the_unit_of_the_torque(found, unit):
-    log = make_log(noise=0.1, period=0.004)
-    scaled = identify_log(with_torque(log, unit * log.torque))
+    scaled = identify_log(with_torque(LOG, unit * LOG.torque))
     for name, one in found.parameters.items():
         for end in range(3):
             assert scaled.parameters[name][end] == pytest.approx(unit * one[end], rel=1e-6)
 
 
 def test_reversed_motion_and_torque_are_the_same_joint(found):
-    log = make_log(noise=0.1, period=0.004)
-    mirrored = identify_log(Log("log", log.time, -log.torque, position=-log.position))
+    mirrored = identify_log(Log("log", LOG.time, -LOG.torque, position=-LOG.position))
     for name in ("inertia", "coulomb", "viscous"):
         assert mirrored.parameters[name].value == pytest.approx(found.parameters[name].value, rel=1e-6)
     assert mirrored.parameters["offset"].value == pytest.approx(-found.parameters["offset"].value, rel=1e-6)
@@ -73,7 +74,7 @@ def test_gravity_is_taken_where_it_takes_torque_and_not_on_a_linear_axis():
     found = identify_log(log)
     assert found.gravity == pytest.approx((2.0, 0.3), rel=0.02)
     assert found.value("coulomb") == pytest.approx(0.8, rel=0.02)
-    assert "gravity_sine" not in identify_log(make_log(noise=0.1, period=0.004)).parameters
+    assert "gravity_sine" not in identify_log(LOG).parameters
     assert "gravity_sine" not in identify_log(log, linear=True).parameters
     assert "gravity_sine" not in identify_log(log, model="offset").parameters
 
@@ -179,15 +180,14 @@ def test_a_torque_that_acts_later_is_shifted():
 
 
 def test_other_log_and_held_out_end_are_validated_on():
-    log = make_log(noise=0.1, period=0.004)
-    own = identify_log(log, held_out=0.25)
+    own = identify_log(LOG, held_out=0.25)
     assert own.validated_on == "the end of the log"
     assert own.validation == pytest.approx(own.best.left, rel=0.5)
     other = make_log(noise=0.1, viscous=6.0, seed=102)
-    found = identify_log(log, validation=Log("other", other.time, other.torque, position=other.position))
+    found = identify_log(LOG, validation=Log("other", other.time, other.torque, position=other.position))
     assert found.validation > 10.0 * found.best.left
     with pytest.raises(InputError, match="the log to validate on is the one that is fitted"):
-        identify_log(log, validation=log)
+        identify_log(LOG, validation=LOG)
 
 
 def test_a_pendulum_that_swings_freely_is_identified_by_its_weight():
@@ -273,8 +273,7 @@ def test_ten_samples_are_refused():
 
 
 def test_degrees_are_suspected():
-    log = make_log(noise=0.1, period=0.004)
-    found = identify_log(replace(log, position=np.degrees(log.position)))
+    found = identify_log(replace(LOG, position=np.degrees(LOG.position)))
     assert any("is the motion in degrees" in caution for caution in found.cautions)
 
 

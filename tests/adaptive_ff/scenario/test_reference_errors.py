@@ -2,8 +2,9 @@
 
 import numpy as np
 import pytest
+from scenario_files import refused
 
-from adaptive_ff import InputError, load_scenario
+from adaptive_ff import load_scenario
 from adaptive_ff.scenario.reference import Recorded
 
 GOOD = ["time,velocity", "0,0.0", "20,0.1", "40,-0.1", "60,0.0"]
@@ -11,15 +12,9 @@ GOOD = ["time,velocity", "0,0.0", "20,0.1", "40,-0.1", "60,0.0"]
 
 def refusal(path):
     """The message; the same, behind its own name, when the motion is asked for by a scenario."""
-    with pytest.raises(InputError) as caught:
-        Recorded(kind="csv", path=str(path)).read()
-    with pytest.raises(InputError) as asked:
-        load_scenario(reference=path)
-    message = str(caught.value)
-    assert message.splitlines() == [message]
-    assert message.startswith(f"{path}: ")
-    assert str(asked.value) == f"built-in scenario: {message}"
-    return message.removeprefix(f"{path}: ")
+    message = refused(f"{path}: ", Recorded(kind="csv", path=str(path)).read)
+    assert refused(f"built-in scenario: {path}: ", load_scenario, reference=path) == message
+    return message
 
 
 def refusal_of(folder, lines):

@@ -5,9 +5,9 @@ import re
 
 import numpy as np
 import pytest
-from scenario_files import REMOVED, built_in, changed, write_scenario
+from scenario_files import REMOVED, built_in, changed, refused, write_scenario
 
-from adaptive_ff import InputError, Scenario, TorqueModel, load_scenario
+from adaptive_ff import Scenario, TorqueModel, load_scenario
 from adaptive_ff.scenario.reference import Multisine
 
 MAIN_JOB = ["pi", "fixed", "oracle", "adaptive_paper", "adaptive"]
@@ -46,11 +46,7 @@ def load(folder, content):
 
 
 def refusal(folder, content):
-    with pytest.raises(InputError) as caught:
-        load(folder, content)
-    message = str(caught.value)
-    assert message.splitlines() == [message]
-    return message.removeprefix(f"{folder / 'scenario.toml'}: ")
+    return refused(f"{folder / 'scenario.toml'}: ", load, folder, content)
 
 
 def test_built_in_scenario_is_the_designed_one():

@@ -5,7 +5,7 @@ import re
 from functools import cache
 
 import pytest
-from scenario_files import REMOVED, built_in, changed, write_scenario
+from scenario_files import REMOVED, built_in, changed, refused, write_scenario
 
 from adaptive_ff import InputError, Scenario, load_scenario, parse_scenario
 
@@ -119,13 +119,8 @@ def content_with(path, kinds, value):
 
 
 def refusal(content):
-    """What the message says after the name of the scenario; it is one line."""
-    with pytest.raises(InputError) as caught:
-        parse_scenario(content, "mine")
-    message = str(caught.value)
-    assert message.startswith("mine: ")
-    assert message.splitlines() == [message]
-    return message.removeprefix("mine: ")
+    """What the message says after the name of the scenario."""
+    return refused("mine: ", parse_scenario, content, "mine")
 
 
 def finding(content, path):
@@ -308,9 +303,7 @@ def test_many_wrong_fields_are_counted_beyond_what_a_person_reads():
 
 def test_wrong_field_of_a_file_is_named_with_the_file(tmp_path):
     path = write_scenario(tmp_path, changed(built_in(), "joint.inertia", math.nan))
-    with pytest.raises(InputError, match=r"scenario\.toml: joint\.inertia = nan is not allowed: it must be ") as caught:
-        load_scenario(path)
-    assert str(caught.value).startswith(f"{path}: ")
+    assert refused(f"{path}: ", load_scenario, path).startswith("joint.inertia = nan is not allowed: it must be ")
 
 
 def test_value_too_large_to_be_shown_is_refused_all_the_same(tmp_path):

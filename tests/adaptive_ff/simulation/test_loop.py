@@ -67,11 +67,17 @@ def test_parts_of_a_delayed_run_make_no_difference(part):
     assert np.ptp(whole.velocity) > 0.01
 
 
-def test_drift_and_position_change_the_friction_that_acts():
-    """A joint dragged at nearly constant speed: what the drive must give follows the factor on friction."""
+@pytest.fixture(scope="module")
+def dragged():
+    """A joint dragged at nearly constant speed, and its run under PI."""
     slow = {"frequencies": [0.001], "amplitudes": [1.0], "peak": 0.3, "fade_in": 1.0}
     base = SCENARIO.modified(duration=30.0, reference=slow, sensor={"velocity_noise": 0.0}, sampling={"period": 0.001})
-    plain = simulate(base, "pi")
+    return base, simulate(base, "pi")
+
+
+def test_drift_and_position_change_the_friction_that_acts(dragged):
+    """What the drive must give follows the factor on friction."""
+    base, plain = dragged
     warming = simulate(base.modified(variation={"warm_up_excess": 0.5, "warm_up_time": 20.0}), "pi")
     wavy = simulate(base.modified(variation={"position_amplitude": 0.2, "position_period": 2.0}), "pi")
     late = plain.time > 5.0
@@ -83,11 +89,9 @@ def test_drift_and_position_change_the_friction_that_acts():
     assert np.ptp(wavy.torque[late] / drag) > 0.35
 
 
-def test_load_and_heat_change_the_friction_that_acts():
+def test_load_and_heat_change_the_friction_that_acts(dragged):
     """The same joint under a load, and with friction that heats it."""
-    slow = {"frequencies": [0.001], "amplitudes": [1.0], "peak": 0.3, "fade_in": 1.0}
-    base = SCENARIO.modified(duration=30.0, reference=slow, sensor={"velocity_noise": 0.0}, sampling={"period": 0.001})
-    plain, late = simulate(base, "pi"), 5000
+    (base, plain), late = dragged, 5000
     drag, velocity = plain.torque, plain.velocity[:-1]
     loaded = simulate(base.modified(change=[{"time": 1.0, "load": -20.0}], variation={"load_share": 0.01}), "pi")
     assert loaded.torque[late:] == pytest.approx(1.2 * drag[late:] - 20.0, rel=0.01)

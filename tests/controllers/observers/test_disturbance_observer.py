@@ -2,36 +2,9 @@ import math
 
 import numpy as np
 import pytest
-from inertia_loops import GAINS, INERTIA, PERIOD, make_observing, response, run_inertia, z_transform
+from inertia_loops import INERTIA, PERIOD, make_observing, run_inertia
 
 BANDWIDTH = 6.0
-KEPT = math.exp(-2.0 * math.pi * BANDWIDTH * PERIOD)
-
-
-def blocks():
-    """``Q``, PI and inertia as sampled systems, each written down from its own definition."""
-    z = z_transform()
-    q_filter = (1.0 - KEPT) * z / (z - KEPT)
-    feedback = GAINS[0] + GAINS[1] * PERIOD * z / (z - 1)
-    return z, q_filter, feedback, PERIOD / INERTIA / (z - 1)
-
-
-def test_loads_reach_the_velocity_through_one_minus_q_as_umeno_and_hori_have_it():
-    """``w/d = -P (1 - Q/z)/(1 + P C)``: the loop of the PI alone, times what the observer leaves."""
-    z, q_filter, feedback, inertia = blocks()
-    load = 40.0 * np.random.default_rng(3).standard_normal(500)
-    velocity, _ = run_inertia(make_observing("DisturbanceObserver", BANDWIDTH), np.zeros(500), load=load)
-    expected = response(-inertia * (1 - q_filter / z) / (1 + inertia * feedback), load)
-    assert np.max(np.abs(velocity)) > 0.05
-    assert velocity == pytest.approx(expected, abs=1e-9)
-
-
-def test_estimate_is_the_load_behind_the_q_filter_and_a_period():
-    z, q_filter, _, _ = blocks()
-    load = 40.0 * np.random.default_rng(4).standard_normal(500)
-    reference = np.random.default_rng(5).standard_normal(500)
-    _, disturbance = run_inertia(make_observing("DisturbanceObserver", BANDWIDTH), reference, load=load)
-    assert disturbance == pytest.approx(response(q_filter / z, load), abs=1e-7)
 
 
 def test_estimate_of_a_constant_load_approaches_it_exponentially_whatever_the_periods():

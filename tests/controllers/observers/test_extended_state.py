@@ -2,7 +2,7 @@ import math
 
 import numpy as np
 import pytest
-from inertia_loops import GAINS, INERTIA, PERIOD, make_observing, response, run_inertia, z_transform
+from inertia_loops import GAINS, INERTIA, PERIOD, make_observing, run_inertia
 
 from controllers.observers.inertia_observer import double_pole_gains
 
@@ -22,13 +22,6 @@ def test_both_poles_are_where_gao_and_miklosovic_put_them():
     transition, gain = observer_matrices()
     polynomial = np.poly((np.eye(2) - gain @ np.array([[1.0, 0.0]])) @ transition)
     assert polynomial == pytest.approx([1.0, -2.0 * KEPT, KEPT**2], rel=1e-12)
-
-
-def test_estimate_is_the_load_behind_two_equal_poles_and_a_period():
-    z = z_transform()
-    load = 40.0 * np.random.default_rng(7).standard_normal(400)
-    _, disturbance = run_inertia(make_observing("ExtendedState", BANDWIDTH), np.zeros(400), load=load)
-    assert disturbance == pytest.approx(response((1.0 - KEPT) ** 2 * z / (z - KEPT) ** 2, load), abs=1e-7)
 
 
 def test_load_that_rises_steadily_leaves_the_offset_that_two_poles_predict():

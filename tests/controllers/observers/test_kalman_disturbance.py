@@ -3,7 +3,7 @@ import math
 import numpy as np
 import pytest
 from filterpy.kalman import KalmanFilter
-from inertia_loops import GAINS, INERTIA, NOISE, PERIOD, make_kalman, make_observing, response, run_inertia, z_transform
+from inertia_loops import INERTIA, NOISE, PERIOD, make_kalman, make_observing
 from scipy.integrate import quad_vec
 from scipy.linalg import solve_discrete_are
 
@@ -109,19 +109,6 @@ def test_slow_filter_is_a_butterworth_one_with_the_stated_natural_frequency(band
     natural = 2.0 * math.pi * bandwidth
     assert np.abs(found) == pytest.approx([natural, natural], rel=2e-2)
     assert -found.real / np.abs(found) == pytest.approx([math.sqrt(0.5)] * 2, rel=2e-2)
-
-
-def test_loads_reach_the_velocity_through_what_the_filter_leaves():
-    """``w/d = -P (1 - Q/z)/(1 + P C)``, ``Q`` from the settled gains."""
-    z, controller = z_transform(), make_observing("KalmanDisturbance", 6.0)
-    first, second = controller.parameters.velocity_gain, controller.parameters.disturbance_gain
-    share = PERIOD / INERTIA * second
-    q_filter = share * z**2 / ((z - 1) * (z - (1.0 - first)) + share * z)
-    feedback, inertia = GAINS[0] + GAINS[1] * PERIOD * z / (z - 1), PERIOD / INERTIA / (z - 1)
-    load = 40.0 * np.random.default_rng(10).standard_normal(400)
-    velocity, _ = run_inertia(controller, np.zeros(400), load=load)
-    expected = response(-inertia * (1 - q_filter / z) / (1 + inertia * feedback), load)
-    assert velocity == pytest.approx(expected, abs=1e-8)
 
 
 def test_only_the_ratio_of_walk_to_noise_matters_and_its_unit_holds_at_every_period():
