@@ -5,7 +5,7 @@ from unittest.mock import patch
 
 import numpy as np
 import pytest
-from browser import CHROMIUM, Browser
+from browser import Browser, needs_chromium
 from command_line import run_command_line
 
 from adaptive_ff import load_scenario
@@ -16,7 +16,7 @@ from adaptive_ff.simulation.metrics import first_motion
 from adaptive_ff.simulation.tracking_errors import ratios, tracking_errors
 
 pytestmark = [
-    pytest.mark.skipif(CHROMIUM is None, reason="there is no chromium, chromium-browser or google-chrome"),
+    needs_chromium,
     pytest.mark.skipif(importlib.util.find_spec("ziglang") is None, reason="ziglang is not installed"),
 ]
 

@@ -2,11 +2,11 @@
 
 import json
 import re
-import shutil
-import subprocess
+from contextlib import closing
 from html.parser import HTMLParser
 
 import pytest
+from browser import Browser, needs_chromium
 from command_line import run_command_line
 from matplotlib.figure import Figure
 
@@ -14,21 +14,16 @@ from adaptive_ff import __version__
 from adaptive_ff.report.page import write_report
 from adaptive_ff.report.table import table
 
-BROWSERS = ("chromium-headless-shell", "chromium", "chromium-browser", "google-chrome")
-BROWSER = next((found for found in map(shutil.which, BROWSERS) if found), None)
-
-CLICK = """
-<script>addEventListener('load', () => {
-  const frame = document.querySelector('.picture');
-  const width = () => frame.querySelector('img').style.width;
-  frame.dispatchEvent(new MouseEvent('click', { clientX: 200, clientY: 200 }));
-  document.documentElement.dataset.clicked = width();
-  frame.dispatchEvent(new WheelEvent('wheel', { deltaY: -500, ctrlKey: true, clientX: 200, clientY: 200 }));
-  document.documentElement.dataset.wheeled = width();
-  frame.dispatchEvent(new MouseEvent('dblclick', {}));
-  document.documentElement.dataset.whole = width();
-})</script>
-"""
+ZOOM = """(() => {
+  const frame = document.querySelector('.picture'), found = [document.documentElement.dataset.pictures];
+  const at = { clientX: 200, clientY: 200 }, turned = new WheelEvent('wheel', { ...at, deltaY: -500, ctrlKey: true });
+  for (const each of [new MouseEvent('click', at), turned, new MouseEvent('dblclick', {})]) {
+    frame.dispatchEvent(each);
+    found.push(frame.querySelector('img').style.width);
+  }
+  return found;
+})()"""
+"""How many pictures there are, and how wide the first one is after a click, a turn of the wheel and a double click."""
 
 
 class Page(HTMLParser):
@@ -86,16 +81,13 @@ def test_page_holds_tables_sentences_input_and_versions(page):
     assert '<tr style="font-weight: bold"><td' in page.read_text(encoding="utf-8")
 
 
-@pytest.mark.skipif(BROWSER is None, reason=f"there is none of {', '.join(BROWSERS)}")
-def test_browser_shows_all_pictures_and_zooms(page):
-    page.write_text(page.read_text(encoding="utf-8") + CLICK, encoding="utf-8")
-    options = ("--headless", "--no-sandbox", "--disable-gpu", "--virtual-time-budget=5000", "--dump-dom")
-    done = subprocess.run([BROWSER, *options, page.as_uri()], capture_output=True, text=True, timeout=120, check=True)
-    found = dict(re.findall(r'data-(\w+)="([^"]*)"', done.stdout[: done.stdout.index("<head>")]))
-    assert found["pictures"] == "2"
-    assert found["clicked"] == "200%"
-    assert 400.0 < float(found["wheeled"].rstrip("%")) < 600.0
-    assert found["whole"] == "100%"
+@needs_chromium
+def test_browser_shows_all_pictures_and_zooms(page, tmp_path):
+    with closing(Browser(tmp_path / "profile")) as browser:
+        browser.open(page.as_uri())
+        pictures, clicked, wheeled, whole = browser.evaluate(ZOOM)
+    assert (pictures, clicked, whole) == ("2", "200%", "100%")
+    assert 400.0 < float(wheeled.rstrip("%")) < 600.0
 
 
 @pytest.mark.usefixtures("compiled")
