@@ -3,7 +3,7 @@
 import json
 
 import pytest
-from figures import CASES, PARTS, STORED, figures
+from figures import CASES, STORED, figures
 
 FITTED = 2e-3
 """Relative change of a figure behind a search that ends elsewhere on another processor."""
@@ -27,12 +27,7 @@ def test_what_is_stored_is_what_is_run():
     assert list(KNOWN) == list(CASES)
 
 
-@pytest.mark.parametrize("case", PARTS)
-def test_figures_of_parts_are_those_that_are_stored(case):
+@pytest.mark.parametrize("case", CASES)
+def test_figures_are_those_that_are_stored(case):
     """After a change of behaviour that is wanted, ``PYTHONPATH=. python tests/helpers/figures.py`` stores them anew."""
-    assert moved(case) == {}
-
-
-@pytest.mark.parametrize("case", [case for case in CASES if case not in PARTS])
-def test_figures_of_runs_are_those_that_are_stored(case):
     assert moved(case) == {}

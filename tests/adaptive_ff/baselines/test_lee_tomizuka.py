@@ -22,16 +22,14 @@ def test_inverse_is_that_of_tomizuka_for_a_plan_of_third_order(delay):
         time = PERIOD * k
         return 0.2 - time + 12.0 * time**2
 
+    def seconds(k):
+        return sum(position(one) - 2.0 * position(one - 1) + position(one - 2) for one in (k + 1, k + 2))
+
     k = 7
-    second = [position(k + ahead) - 2.0 * position(k + ahead - 1) + position(k + ahead - 2) for ahead in (1, 2)]
-    later = [
-        position(k + delay + ahead) - 2.0 * position(k + delay + ahead - 1) + position(k + delay + ahead - 2)
-        for ahead in (1, 2)
-    ]
-    expected = 20.0 / (2.0 * PERIOD**2) * sum(later)
+    expected = 20.0 / (2.0 * PERIOD**2) * seconds(k + delay)
     found = zero_phase_torque(20.0, velocity(k - 1), velocity(k), velocity(k + 1), PERIOD, float(delay))
     assert found == pytest.approx(expected, rel=1e-9)
-    assert (sum(second) == sum(later)) is (delay == 0)
+    assert (seconds(k) == seconds(k + delay)) is (delay == 0)
 
 
 def test_inverse_times_the_joint_has_no_phase_at_low_frequency():

@@ -30,22 +30,13 @@ from controllers import PI
 pytest.importorskip("cffi", reason="cffi is not installed")
 pytestmark = [needs_gcc, pytest.mark.usefixtures("compiled_quickly")]
 
+LATE = "pi oracle disturbance_observer adaptive_paper canudas_measured friction_observer lee_tomizuka"
+AT_ONCE = "extended_state kalman_disturbance canudas feedback_error radial_basis lugre_gradient"
 MADE = {
-    "pi": lambda: made("pi", DELAYED),
-    "oracle": lambda: made("oracle", DELAYED),
-    "extended_state": lambda: made("extended_state"),
-    "kalman_disturbance": lambda: made("kalman_disturbance"),
-    "disturbance_observer": lambda: made("disturbance_observer", DELAYED),
-    "adaptive_paper": lambda: made("adaptive_paper", DELAYED),
-    "canudas": lambda: made("canudas"),
-    "canudas_measured": lambda: made("canudas_measured", DELAYED),
-    "feedback_error": lambda: made("feedback_error"),
-    "radial_basis": lambda: made("radial_basis"),
+    **{name: functools.partial(made, name, DELAYED) for name in LATE.split()},
+    **{name: functools.partial(made, name) for name in AT_ONCE.split()},
     "repetitive over 40 samples": lambda: Repetitive(2000.0, 5000.0, 0.01, inertia=20.0, cycle=40, lead=2),
-    "lugre_gradient": lambda: made("lugre_gradient"),
-    "friction_observer": lambda: made("friction_observer", DELAYED),
-    "lee_tomizuka": lambda: made("lee_tomizuka", DELAYED),
-    "adaptive": lambda: adaptive(),
+    "adaptive": adaptive,
     "adaptive with offset and lag": lambda: adaptive(SIZES["offset"], 0.0, 0.004),
     "adaptive by direction with delay": lambda: adaptive(SIZES["directions"], 1.5, 0.004),
     "adaptive with ripples": adaptive_with_ripples,

@@ -63,15 +63,6 @@ def torque_by_runge_kutta(model, friction, start, end, between):
 PIECES = [(0.1, 0.13), (-0.2, -0.19), (0.02, -0.03), (-0.004, 0.05), (0.0, 0.02), (0.02, 0.0), (0.1, 0.1)]
 
 
-@pytest.mark.parametrize(("start", "end"), PIECES)
-def test_coulomb_and_viscous_friction_are_linear_between_reversals_so_the_integral_is_exact(start, end):
-    expected = torque_by_runge_kutta(COULOMB_VISCOUS, 30.0, start, end, true_between_the_ends)
-    torque, state = step_feedforward(
-        COULOMB_VISCOUS, FeedforwardState(30.0, 0.0, True), plan_inputs(start, end), PERIOD
-    )
-    assert (torque, state.friction) == pytest.approx(expected, rel=1e-8)
-
-
 def test_stribeck_friction_is_integrated_with_second_order_in_the_change_of_the_reference():
     errors = []
     for change in (0.02, 0.01, 0.005):
@@ -190,12 +181,19 @@ def test_coulomb_friction_that_differs_by_direction_is_an_offset_of_the_model():
 @pytest.mark.parametrize(("start", "end"), PIECES)
 @pytest.mark.parametrize("friction", [0.0, 70.0, -120.0])
 @pytest.mark.parametrize(
-    ("model", "curve"), [(MODEL, functools.partial(static_friction, MODEL)), (UNEQUAL, unequal_friction)]
+    ("model", "curve"),
+    [
+        *((model, functools.partial(static_friction, model)) for model in (MODEL, COULOMB_VISCOUS)),
+        (UNEQUAL, unequal_friction),
+    ],
 )
 def test_mean_torque_is_the_integral_of_the_lagged_friction_with_and_without_reversal(
     start, end, friction, model, curve
 ):
-    """Oracle: both directions and the load in one static curve, which the lag follows, integrated numerically."""
+    """Oracle: both directions and the load in one static curve, which the lag follows, integrated numerically.
+
+    The curve is taken as linear between reversals, as it is without a Stribeck peak.
+    """
 
     def between(_, first, last, share):
         return (1.0 - share) * curve(first, first + last) + share * curve(last, first + last)

@@ -9,6 +9,7 @@ import tomllib
 import numpy as np
 import pytest
 from command_line import run_command_line
+from scenario_files import refused
 
 from adaptive_ff import InputError, load_scenario
 from adaptive_ff.scenario.waves import Fourier
@@ -170,9 +171,7 @@ def test_default_limits_follow_the_drive():
     ],
 )
 def test_wrong_limits_are_refused(limits, arguments, said):
-    with pytest.raises(InputError) as refused:
-        find_excitations(JOINT, limits, ONES, **arguments)
-    assert said in str(refused.value)
+    assert said in refused("", find_excitations, JOINT, limits, ONES, **arguments)
 
 
 def test_motion_that_shows_nothing_is_refused():
