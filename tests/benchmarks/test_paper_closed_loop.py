@@ -8,48 +8,18 @@ from adaptive_ff.learning.series import series_coefficients
 from adaptive_ff.simulation.experiment import empty_record
 from adaptive_ff.simulation.loop import start_position
 from adaptive_ff.simulation.metrics import rms
-from benchmarks.paper import stribeck
-from benchmarks.paper.closed_loop import (
-    ALONE,
-    COVARIANCE,
-    FORM,
-    OFFLINE,
-    ONLINE,
-    ORACLE,
-    POSTERIOR,
-    PRIOR,
-    data_rows,
-    physical_of,
-    ratios,
-    settled_rms,
-    tracking_errors,
-    watch,
-)
+from benchmarks.paper import closed_loop, records, stribeck
 from benchmarks.paper.estimators import fit_series, is_possible, physical_series
 from benchmarks.paper.experiment import in_words, median_and_range
 from benchmarks.paper.figures import figure_07, figure_08, figure_09, figure_10, figure_11, figure_12
-from benchmarks.paper.records import (
-    CURRENT_STEP,
-    FORGETTING,
-    GAINS,
-    NOISE,
-    ROBOT_PERIOD,
-    TORQUE_CONSTANT,
-    TRUE,
-    TRUTH_VALUES,
-    build_robot_setup,
-    drive,
-    predict,
-    sample_steps,
-)
 from controllers import PI
 
-RESOLUTION = TORQUE_CONSTANT * CURRENT_STEP
+RESOLUTION = records.TORQUE_CONSTANT * records.CURRENT_STEP
 
 
 @pytest.fixture(scope="module")
 def seen():
-    return watch(101)
+    return closed_loop.watch(101)
 
 
 @pytest.fixture(scope="module")
@@ -58,7 +28,7 @@ def fits():
 
 
 def test_sampling_time_has_a_mean_of_22_ms_and_a_periodic_pattern_of_outliers_up_to_twice_that():
-    durations = np.diff(sample_steps(100.0))
+    durations = np.diff(records.sample_steps(100.0))
     assert np.mean(durations) == pytest.approx(22.0, abs=0.1)
     assert 1.8 < np.max(durations) / np.mean(durations) < 2.0
     outliers = durations > 25
@@ -66,11 +36,11 @@ def test_sampling_time_has_a_mean_of_22_ms_and_a_periodic_pattern_of_outliers_up
     assert np.unique(durations[outliers]).size > 1
     assert np.array_equal(durations[:-40], durations[40:])
     assert not np.array_equal(durations[:-20], durations[20:])
-    assert set(np.diff(sample_steps(10.0, uniform=True))) == {22}
+    assert set(np.diff(records.sample_steps(10.0, uniform=True))) == {22}
 
 
 def test_torque_has_steps_and_acts_over_the_period_that_follows_its_sample():
-    record = drive(build_robot_setup(102, duration=20.0))
+    record = records.drive(records.build_robot_setup(102, duration=20.0))
     steps = record.commanded / RESOLUTION
     assert steps == pytest.approx(np.round(steps), abs=1e-9)
     assert np.unique(np.round(steps)).size > 40
@@ -79,9 +49,9 @@ def test_torque_has_steps_and_acts_over_the_period_that_follows_its_sample():
 
 
 def test_loop_is_the_one_of_the_package_where_the_current_is_fine():
-    setup = build_robot_setup(103, duration=20.0)
-    record = drive(setup, current_step=1e-12)
-    own, block = empty_record(setup, 0), PI(*GAINS, ROBOT_PERIOD)
+    setup = records.build_robot_setup(103, duration=20.0)
+    record = records.drive(setup, current_step=1e-12)
+    own, block = empty_record(setup, 0), PI(*records.GAINS, records.ROBOT_PERIOD)
     start = start_position(setup)
     run_compiled(block.parameters, block.state, setup, start, setup.noise.size, own)
     assert record.commanded == pytest.approx(own.torque, abs=1e-6)
@@ -90,12 +60,14 @@ def test_loop_is_the_one_of_the_package_where_the_current_is_fine():
 
 
 def test_the_true_joint_predicts_the_record_down_to_the_noise():
-    quiet = drive(build_robot_setup(104, duration=20.0, noise=0.0))
-    assert np.array_equal(predict(TRUE, quiet, one_step=False), quiet.velocity)
-    noisy = drive(build_robot_setup(104, duration=60.0))
-    free = noisy.velocity - predict(TRUE, noisy, one_step=False)
-    assert rms(free) == pytest.approx(NOISE, rel=0.05)
-    assert rms(noisy.velocity - predict(TRUE, noisy, one_step=True)) > 1.2 * NOISE  # that of two samples
+    quiet = records.drive(records.build_robot_setup(104, duration=20.0, noise=0.0))
+    assert np.array_equal(records.predict(records.TRUE, quiet, one_step=False), quiet.velocity)
+    noisy = records.drive(records.build_robot_setup(104, duration=60.0))
+    free = noisy.velocity - records.predict(records.TRUE, noisy, one_step=False)
+    assert rms(free) == pytest.approx(records.NOISE, rel=0.05)
+    assert (
+        rms(noisy.velocity - records.predict(records.TRUE, noisy, one_step=True)) > 1.2 * records.NOISE
+    )  # that of two samples
 
 
 def test_the_posterior_error_is_the_prior_one_times_less_than_one(seen):
@@ -105,7 +77,7 @@ def test_the_posterior_error_is_the_prior_one_times_less_than_one(seen):
 
 
 def test_with_lambda_one_rls_comes_to_the_offline_fit(seen):
-    series = fit_series(seen.record, 1.0, COVARIANCE)
+    series = fit_series(seen.record, 1.0, closed_loop.COVARIANCE)
     assert series.coefficients[-1] == pytest.approx(seen.series.offline.values, rel=2e-2)
     late = seen.record.time > 60.0
     assert rms(series.errors["prior"][late]) == pytest.approx(rms(series.errors["offline"][late]), rel=0.05)
@@ -113,64 +85,69 @@ def test_with_lambda_one_rls_comes_to_the_offline_fit(seen):
 
 @pytest.mark.parametrize("seed", [101, 106, 107])
 def test_the_prior_error_is_larger_and_the_posterior_smaller_than_that_of_the_offline_fit(seed):
-    one = watch(seed)
-    found = ratios(one)
-    assert found[PRIOR] > 2.0
-    assert found[POSTERIOR] < 0.5
-    assert settled_rms(one.record, one.series.errors["posterior"]) < 1e3 * NOISE
-    long_memory = ratios(one._replace(series=fit_series(one.record, 0.99, COVARIANCE)))
-    assert long_memory[PRIOR] == pytest.approx(1.0, abs=0.1)
+    one = closed_loop.watch(seed)
+    found = closed_loop.ratios(one)
+    assert found[closed_loop.PRIOR] > 2.0
+    assert found[closed_loop.POSTERIOR] < 0.5
+    assert closed_loop.settled_rms(one.record, one.series.errors["posterior"]) < 1e3 * records.NOISE
+    long_memory = closed_loop.ratios(one._replace(series=fit_series(one.record, 0.99, closed_loop.COVARIANCE)))
+    assert long_memory[closed_loop.PRIOR] == pytest.approx(1.0, abs=0.1)
 
 
 def test_the_offline_fit_is_spoilt_near_rest_and_not_by_the_sampling(seen):
-    deviations = [physical_of(fit.values) / TRUTH_VALUES - 1.0 for fit in (seen.series.offline, seen.series.sliding)]
+    deviations = [
+        closed_loop.physical_of(fit.values) / records.TRUTH_VALUES - 1.0
+        for fit in (seen.series.offline, seen.series.sliding)
+    ]
     assert deviations[0][0] > 5.0
     assert np.abs(deviations[1]) == pytest.approx(np.zeros(5), abs=1.5)
     assert np.all(np.abs(deviations[1][:4]) < 0.12)
-    even = fit_series(drive(build_robot_setup(101, uniform=True)), FORGETTING, COVARIANCE)
-    assert physical_of(even.offline.values)[0] > 5.0 * TRUE.inertia
+    even = fit_series(
+        records.drive(records.build_robot_setup(101, uniform=True)), records.FORGETTING, closed_loop.COVARIANCE
+    )
+    assert closed_loop.physical_of(even.offline.values)[0] > 5.0 * records.TRUE.inertia
 
 
 def test_the_torque_form_identifies_from_the_same_data(seen):
-    assert np.all(np.abs(seen.form.estimates[-1][:4] / TRUTH_VALUES[:4] - 1.0) < 0.1)
-    assert settled_rms(seen.record, seen.form.errors["online"]) < 0.8 * settled_rms(
+    assert np.all(np.abs(seen.form.estimates[-1][:4] / records.TRUTH_VALUES[:4] - 1.0) < 0.1)
+    assert closed_loop.settled_rms(seen.record, seen.form.errors["online"]) < 0.8 * closed_loop.settled_rms(
         seen.record, seen.series.errors["offline"]
     )
 
 
 def test_coefficients_with_a_short_memory_stand_for_no_joint(seen):
     late = seen.record.time > 5.0
-    possible = is_possible(physical_series(seen.series.coefficients[late], ROBOT_PERIOD))
+    possible = is_possible(physical_series(seen.series.coefficients[late], records.ROBOT_PERIOD))
     assert 0.01 < np.mean(possible) < 0.3
-    true = np.array(series_coefficients(TRUE, ROBOT_PERIOD))
-    assert np.all(is_possible(physical_series(true[np.newaxis], ROBOT_PERIOD)))
-    assert physical_of(true) == pytest.approx(TRUTH_VALUES)
+    true = np.array(series_coefficients(records.TRUE, records.ROBOT_PERIOD))
+    assert np.all(is_possible(physical_series(true[np.newaxis], records.ROBOT_PERIOD)))
+    assert closed_loop.physical_of(true) == pytest.approx(records.TRUTH_VALUES)
     assert not is_possible(
         np.array([[np.nan] * 5, [20.0, 60.0, 90.0, -1.0, 0.02], [-20.0, 60.0, 90.0, 1.0, 0.02]])
     ).any()
 
 
 def test_fed_forward_the_torque_form_helps_and_the_paper_does_harm(seen):
-    found = tracking_errors(seen, 101)
-    assert found[FORM] < 0.4 * found[ALONE]
-    assert found[ORACLE] < 0.4 * found[ALONE]
-    assert found[OFFLINE] > 1.5 * found[ALONE]
-    assert found[ONLINE] > 2.5 * found[ALONE]
+    found = closed_loop.tracking_errors(seen, 101)
+    assert found[closed_loop.FORM] < 0.4 * found[closed_loop.ALONE]
+    assert found[closed_loop.ORACLE] < 0.4 * found[closed_loop.ALONE]
+    assert found[closed_loop.OFFLINE] > 1.5 * found[closed_loop.ALONE]
+    assert found[closed_loop.ONLINE] > 2.5 * found[closed_loop.ALONE]
 
 
 def test_rows_about_the_data_tell_what_the_record_is(seen):
-    rows = data_rows(seen.record)
+    rows = closed_loop.data_rows(seen.record)
     assert [row.met for row in rows[:2]] == [True, True]
     values = {row.quantity: row.value for row in rows}
     assert values["V-B: largest speed of the reference, deg/s"] == pytest.approx(20.05, abs=0.5)
     assert values["Fig. 7: resolution of the torque K i, N m"] == pytest.approx(RESOLUTION)
-    assert not data_rows(drive(build_robot_setup(101, duration=20.0, uniform=True)))[1].met
+    assert not closed_loop.data_rows(records.drive(records.build_robot_setup(101, duration=20.0, uniform=True)))[1].met
 
 
 def test_medians_and_deviations_in_words():
     assert median_and_range([3.0, 1.0, 10.0]) == "3.00 (1.00 to 10.00)"
     assert median_and_range([0.26, 0.34], 1) == "0.3 (0.3 to 0.3)"
-    assert in_words(1.1 * TRUTH_VALUES) == "J +10.0, Fc +10.0, Fs +10.0, sigma +10.0, tau +10.0"
+    assert in_words(1.1 * records.TRUTH_VALUES) == "J +10.0, Fc +10.0, Fs +10.0, sigma +10.0, tau +10.0"
 
 
 def drawn(figure, panel):

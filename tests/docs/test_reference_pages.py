@@ -6,39 +6,35 @@ from pathlib import Path
 import pytest
 from exports import printed
 
-from docs.reference import (
-    PACKAGES,
-    ROLE,
-    api,
-    command_line,
-    controllers,
-    dead_roles,
-    described,
-    log_formats,
-    module_names,
-    resolved,
-    scenario_fields,
-    warning_codes,
-)
+from docs import reference
 from plant import LuGreJoint
 
 ROOT = Path(__file__).resolve().parent.parent.parent
 
 
 def test_every_name_in_a_docstring_leads_somewhere():
-    assert dead_roles(module_names()) == []
+    assert reference.dead_roles(reference.module_names()) == []
 
 
 def test_roles_are_found_and_strangers_are_not():
-    names = module_names()
-    assert set(PACKAGES) < set(names)
-    assert ROLE.findall("see :func:`~adaptive_ff.compare` and :class:`Own`") == ["adaptive_ff.compare", "Own"]
-    assert resolved("make_own", "adaptive_ff.comparison.own") == "adaptive_ff.comparison.own.make_own"
-    assert resolved("step", "adaptive_ff.comparison.own", "OwnController") is not None
-    assert resolved("no_such_name", "adaptive_ff.comparison.own") is None
+    names = reference.module_names()
+    assert set(reference.PACKAGES) < set(names)
+    assert reference.ROLE.findall("see :func:`~adaptive_ff.compare` and :class:`Own`") == ["adaptive_ff.compare", "Own"]
+    assert reference.resolved("make_own", "adaptive_ff.comparison.own") == "adaptive_ff.comparison.own.make_own"
+    assert reference.resolved("step", "adaptive_ff.comparison.own", "OwnController") is not None
+    assert reference.resolved("no_such_name", "adaptive_ff.comparison.own") is None
 
 
-@pytest.mark.parametrize("page", [scenario_fields, command_line, controllers, log_formats, warning_codes])
+@pytest.mark.parametrize(
+    "page",
+    [
+        reference.scenario_fields,
+        reference.command_line,
+        reference.controllers,
+        reference.log_formats,
+        reference.warning_codes,
+    ],
+)
 def test_everything_has_a_meaning(page):
     text = page()
     rows = [line for line in text.splitlines() if line.startswith("| `")]
@@ -48,13 +44,13 @@ def test_everything_has_a_meaning(page):
 
 
 def test_fields_are_described_by_the_docstrings_of_their_class_and_its_bases():
-    found = described(LuGreJoint)
+    found = reference.described(LuGreJoint)
     assert found["inertia"].startswith("Inertia")
     assert "stiffness" in found
 
 
 def test_faces_are_listed():
-    assert {"   ~adaptive_ff.compare", "   ~controllers.PI", "   ~plant.Joint"} <= set(api().splitlines())
+    assert {"   ~adaptive_ff.compare", "   ~controllers.PI", "   ~plant.Joint"} <= set(reference.api().splitlines())
 
 
 @pytest.mark.nightly

@@ -9,14 +9,6 @@ from scenario_files import short, write_scenario
 
 from adaptive_ff import InputError, Scenario, compare, load_scenario, simulate
 from adaptive_ff.comparison import own_bandwidth
-from adaptive_ff.comparison.own_bandwidth import (
-    TUNING_SEEDS,
-    Errors,
-    find_own_bandwidth,
-    loaded,
-    settled_error,
-    with_bandwidth,
-)
 from adaptive_ff.comparison.registry import CONTROLLERS, loop_of, make_controller
 from adaptive_ff.scenario.loop import STEP, tried_bandwidths
 from adaptive_ff.studies.sweep import sweep
@@ -44,18 +36,20 @@ def test_best_bandwidth_is_chosen_on_its_own_seeds(monkeypatch):
     def made_up(scenario, maker, setup=None):
         seen.add(scenario.seed)
         hertz = scenario.feedback.hertz
-        return Errors(*(1.0 + abs(math.log(hertz / best)) if hertz < 12.0 else math.inf for best in (3.0, 6.0)))
+        return own_bandwidth.Errors(
+            *(1.0 + abs(math.log(hertz / best)) if hertz < 12.0 else math.inf for best in (3.0, 6.0))
+        )
 
     monkeypatch.setattr(own_bandwidth, "errors_of", made_up)
-    found = find_own_bandwidth(SHORT.modified(seed=7, duration=4.25), CONTROLLERS["pi"])
-    assert seen == set(TUNING_SEEDS)
+    found = own_bandwidth.find_own_bandwidth(SHORT.modified(seed=7, duration=4.25), CONTROLLERS["pi"])
+    assert seen == set(own_bandwidth.TUNING_SEEDS)
     assert abs(math.log(found.best / math.sqrt(3.0 * 6.0))) <= 0.5 * math.log(STEP)
     assert not found.at_an_end
     assert found.costs[found.place] == min(found.costs)
     assert found.errors[-1] == math.inf
-    monkeypatch.setattr(own_bandwidth, "errors_of", lambda *_: Errors(math.inf, math.inf))
+    monkeypatch.setattr(own_bandwidth, "errors_of", lambda *_: own_bandwidth.Errors(math.inf, math.inf))
     with pytest.raises(ArithmeticError, match="fails at every bandwidth"):
-        find_own_bandwidth(SHORT.modified(duration=4.5), CONTROLLERS["pi"])
+        own_bandwidth.find_own_bandwidth(SHORT.modified(duration=4.5), CONTROLLERS["pi"])
 
 
 @pytest.mark.parametrize("position", [None, {}], ids=["velocity", "position loop"])
@@ -63,9 +57,11 @@ def test_error_at_a_bandwidth_is_that_of_a_run(position):
     scenario = SHORT if position is None else SHORT.modified(position=position)
     given = scenario.modified(feedback={"bandwidth": 4.0})
     expected = simulate(given, "pi").metrics.rms_error_settled
-    assert settled_error(with_bandwidth(scenario, 4.0), CONTROLLERS["pi"]) == pytest.approx(expected, rel=1e-9)
-    found = find_own_bandwidth(scenario, CONTROLLERS["pi"], seeds=(1,))
-    run = simulate(loaded(scenario.modified(feedback={"bandwidth": found.bandwidths[2]})), "pi")
+    assert own_bandwidth.settled_error(own_bandwidth.with_bandwidth(scenario, 4.0), CONTROLLERS["pi"]) == pytest.approx(
+        expected, rel=1e-9
+    )
+    found = own_bandwidth.find_own_bandwidth(scenario, CONTROLLERS["pi"], seeds=(1,))
+    run = simulate(own_bandwidth.loaded(scenario.modified(feedback={"bandwidth": found.bandwidths[2]})), "pi")
     assert run.scenario.change[0].time == 3.0
     squares = (run.reference - run.velocity) ** 2
     expected = np.sqrt([np.mean(squares[2000:3000]), np.mean(squares[3000:])])
@@ -74,7 +70,7 @@ def test_error_at_a_bandwidth_is_that_of_a_run(position):
 
 def test_step_of_the_load_comes_after_what_changes_and_beside_it():
     changed = SHORT.modified(duration=12.0, change=[{"time": 4.0, "friction_scale": 0.5, "load": 10.0}])
-    found = loaded(changed).change
+    found = own_bandwidth.loaded(changed).change
     assert found[1].model_dump(exclude_unset=True) == {"time": 10.0, "friction_scale": 0.5, "load": 170.0}
     assert len(found) == 2
 
@@ -82,18 +78,18 @@ def test_step_of_the_load_comes_after_what_changes_and_beside_it():
 def test_gains_give_way_to_a_bandwidth():
     content = SHORT.model_dump(exclude_unset=True)
     gains = Scenario.model_validate({**content, "feedback": {"inertia": 20.0, "proportional": 1e3, "integral": 1e3}})
-    assert with_bandwidth(gains, 3.0).feedback.gains == pi_gains(20.0, 3.0)
+    assert own_bandwidth.with_bandwidth(gains, 3.0).feedback.gains == pi_gains(20.0, 3.0)
 
 
 def test_auto_gives_each_controller_its_own_best_bandwidth():
     found = compare(AUTO)
-    expected = {name: find_own_bandwidth(SHORT, CONTROLLERS[name]).best for name in ("pi", "adaptive")}
+    expected = {name: own_bandwidth.find_own_bandwidth(SHORT, CONTROLLERS[name]).best for name in ("pi", "adaptive")}
     assert found.bandwidths == expected
     assert found.to_dict()["bandwidths"] == expected
     assert found.to_dict()["scenario"]["feedback"]["bandwidth"] == "auto"
     alone = simulate(AUTO, "pi")
     assert alone.metrics == found.runs["pi"].metrics
-    assert alone.metrics == simulate(with_bandwidth(SHORT, expected["pi"]), "pi").metrics
+    assert alone.metrics == simulate(own_bandwidth.with_bandwidth(SHORT, expected["pi"]), "pi").metrics
     assert make_controller(AUTO, "pi").parameters.proportional == pi_gains(20.0, expected["pi"])[0]
     assert compare(SHORT.modified(controllers=["pi"])).bandwidths == {}
     assert loop_of(SHORT, "pi") is SHORT

@@ -15,17 +15,6 @@ from adaptive_ff.scenario.file import to_toml
 from adaptive_ff.scenario.library import SCENARIOS
 from adaptive_ff.scenario.scenario import parse_scenario
 from adaptive_ff.studies import sweep as studies
-from adaptive_ff.studies.sweep import (
-    QUANTITIES,
-    Outcome,
-    draw_scenario,
-    drawn_joint,
-    needed_torque,
-    quantities,
-    refusals,
-    summary,
-    sweep,
-)
 from plant import JointModel, whole_multiple
 
 SHORT = load_scenario().modified(duration=4.0, sweep={"velocity_noise": [0.0, 0.001]})
@@ -33,12 +22,12 @@ SHORT = load_scenario().modified(duration=4.0, sweep={"velocity_noise": [0.0, 0.
 
 @pytest.fixture(scope="module")
 def outcomes(one_thread):
-    return sweep(SHORT, 24, seed=5, executor=one_thread)
+    return studies.sweep(SHORT, 24, seed=5, executor=one_thread)
 
 
 @given(st.integers(0, 10**6))
 def test_draws_lie_in_their_ranges_and_none_is_refused(draw):
-    drawn = draw_scenario(SHORT, 3, draw)
+    drawn = studies.draw_scenario(SHORT, 3, draw)
     ranges, joint, base = SHORT.sweep, drawn.joint, SHORT.joint
     for name in ("inertia", "coulomb", "viscous"):
         low, high = getattr(ranges, name)
@@ -49,51 +38,51 @@ def test_draws_lie_in_their_ranges_and_none_is_refused(draw):
     assert 0.499 <= drawn.adaptation.stribeck_velocity / joint.stribeck_velocity <= 2.001
     assert 0.699 <= drawn.feedback.inertia / joint.inertia <= 1.301
     assert whole_multiple(base.solver_period, joint.solver_period) is not None
-    same_share = drawn.actuator.torque_limit / needed_torque(drawn)
-    assert same_share == pytest.approx(SHORT.actuator.torque_limit / needed_torque(SHORT), rel=1e-3)
+    same_share = drawn.actuator.torque_limit / studies.needed_torque(drawn)
+    assert same_share == pytest.approx(SHORT.actuator.torque_limit / studies.needed_torque(SHORT), rel=1e-3)
 
 
 def test_drive_without_a_limit_keeps_none():
     free = SHORT.model_dump(exclude_unset=True)
     del free["actuator"]["torque_limit"]
-    drawn = draw_scenario(parse_scenario(free, "free"), 3, 1)
+    drawn = studies.draw_scenario(parse_scenario(free, "free"), 3, 1)
     assert drawn.actuator.torque_limit is None
-    assert drawn.joint == draw_scenario(SHORT, 3, 1).joint
+    assert drawn.joint == studies.draw_scenario(SHORT, 3, 1).joint
 
 
 def test_joint_that_the_solver_period_is_too_long_for_gets_the_longest_that_is_not():
     light = {"inertia": 2.0, "coulomb": 600.0, "stiction": 1200.0, "friction_lag": 0.0}
-    period = drawn_joint(SHORT, light).solver_period
+    period = studies.drawn_joint(SHORT, light).solver_period
     fields = {**light, "viscous": 80.0, "stribeck_velocity": 0.05}
     assert JointModel(**fields, solver_period=period).solver_period < 0.001
     with pytest.raises(ValueError, match="too long for this joint"):
         JointModel(**fields, solver_period=2.0 * period)
-    assert drawn_joint(SHORT, {}) == SHORT.joint
+    assert studies.drawn_joint(SHORT, {}) == SHORT.joint
 
 
 def test_draw_depends_on_seed_and_number_only(outcomes):
-    assert draw_scenario(SHORT, 5, 7) == draw_scenario(SHORT, 5, 7)
-    assert draw_scenario(SHORT, 5, 7) != draw_scenario(SHORT, 6, 7)
+    assert studies.draw_scenario(SHORT, 5, 7) == studies.draw_scenario(SHORT, 5, 7)
+    assert studies.draw_scenario(SHORT, 5, 7) != studies.draw_scenario(SHORT, 6, 7)
     ran = next(outcome for outcome in outcomes if not outcome.refused)
-    again = simulate(draw_scenario(SHORT, 5, ran.draw), "adaptive").metrics
+    again = simulate(studies.draw_scenario(SHORT, 5, ran.draw), "adaptive").metrics
     assert again == ran.metrics["adaptive"]
 
 
 def test_several_workers_give_the_same_as_one(outcomes):
     shares = []
-    assert sweep(SHORT, 24, seed=5, progress=shares.append) == outcomes
+    assert studies.sweep(SHORT, 24, seed=5, progress=shares.append) == outcomes
     assert shares == sorted(shares)
     assert shares[-1] == 1.0
 
 
 def test_summary_counts_and_ranks(outcomes):
-    result = summary(outcomes, seed=5)
+    result = studies.summary(outcomes, seed=5)
     ran = [outcome for outcome in outcomes if not outcome.refused]
     assert (result["draws"], result["refused"]) == (24, 24 - len(ran))
-    whole = sorted((quantities(outcome)["whole_run"] for outcome in ran), reverse=True)
+    whole = sorted((studies.quantities(outcome)["whole_run"] for outcome in ran), reverse=True)
     assert [case["whole_run"] for case in result["worst"]] == whole[:3]
     assert result["quantiles"]["whole_run"]["0.5"] == pytest.approx(np.median(whole))
-    assert set(result["quantiles"]) == set(QUANTITIES)
+    assert set(result["quantiles"]) == set(studies.QUANTITIES)
     assert result["worse_than_pi"] == sum(value > 1.05 for value in whole) / len(whole)
 
 
@@ -112,13 +101,13 @@ def test_command_line_writes_the_worst_cases(tmp_path):
     result = json.loads((out / "sweep.json").read_text())
     assert result == json.loads((tmp_path / "r.json").read_text())
     worst = load_scenario(out / "worst-1.toml")
-    assert worst == draw_scenario(SHORT, 5, result["worst"][0]["draw"])
+    assert worst == studies.draw_scenario(SHORT, 5, result["worst"][0]["draw"])
     assert "draws" in outcome.out
 
 
 def test_bad_input_is_refused(tmp_path):
     with pytest.raises(ValueError, match="runs"):
-        sweep(SHORT, 0)
+        studies.sweep(SHORT, 0)
     assert "--runs" in refusal("sweep", "--runs", 0, "--out", tmp_path / "out")
     for table in ({"inertia": [2.0, 1.0]}, {"stiction": [0.5, 2.0]}, {"inertia": [1.0]}, {"inertia": [-1.0, 1.0]}):
         with pytest.raises(InputError, match=rf"sweep\.{next(iter(table))}"):
@@ -128,11 +117,11 @@ def test_bad_input_is_refused(tmp_path):
 @pytest.mark.parametrize("name", ["asymmetric", "lugre", "elastic", "backlash", "maxwell", "rolling", "elasto_plastic"])
 def test_joints_of_every_kind_are_drawn(name, one_thread):
     scenario = load_scenario(SCENARIOS / f"{name}.toml").modified(duration=5.0)
-    outcomes = sweep(scenario, 6, 101, executor=one_thread)
+    outcomes = studies.sweep(scenario, 6, 101, executor=one_thread)
     ran = [outcome for outcome in outcomes if not outcome.refused]
     assert ran
     for outcome in ran:
-        drawn = draw_scenario(scenario, 101, outcome.draw).joint
+        drawn = studies.draw_scenario(scenario, 101, outcome.draw).joint
         assert drawn.kind == scenario.joint.kind
         forward, backward = drawn.friction, drawn.friction_backward
         before = scenario.joint.friction_backward.coulomb / scenario.joint.coulomb
@@ -151,55 +140,55 @@ class Half:
 
 
 def test_own_controller_is_run_on_every_joint_and_summed_up(one_thread):
-    found = sweep(SHORT, 2, seed=5, own={"half": Half}, executor=one_thread)
-    drawn = draw_scenario(SHORT, 5, 1)
+    found = studies.sweep(SHORT, 2, seed=5, own={"half": Half}, executor=one_thread)
+    drawn = studies.draw_scenario(SHORT, 5, 1)
     alone = simulate(drawn, Half(drawn.feedback.gains[0]))
     assert found[1].metrics["half"] == alone.metrics
-    own = summary(found, 5)["own"]["half"]
+    own = studies.summary(found, 5)["own"]["half"]
     assert own["failed"] == 0
     ratios = sorted(one.ratio("rms_error_settled", "pi", "half") for one in found)
     assert [own["improvement"]["0.0"], own["improvement"]["1.0"]] == pytest.approx(ratios)
     with pytest.raises(InputError, match="'pi' is not allowed"):
-        sweep(SHORT, 2, own={"pi": Half})
+        studies.sweep(SHORT, 2, own={"pi": Half})
 
 
 def test_rival_of_the_package_is_run_on_every_joint_and_kept(tmp_path, one_thread):
-    found = sweep(SHORT, 2, seed=5, further=["pi_inertia", "pi"], folder=tmp_path, executor=one_thread)
-    assert sweep(SHORT, 2, seed=5, further=["pi_inertia"], folder=tmp_path, executor=one_thread) == found
-    alone = simulate(draw_scenario(SHORT, 5, 1), "pi_inertia")
+    found = studies.sweep(SHORT, 2, seed=5, further=["pi_inertia", "pi"], folder=tmp_path, executor=one_thread)
+    assert studies.sweep(SHORT, 2, seed=5, further=["pi_inertia"], folder=tmp_path, executor=one_thread) == found
+    alone = simulate(studies.draw_scenario(SHORT, 5, 1), "pi_inertia")
     assert found[1].metrics["pi_inertia"] == alone.metrics
-    assert list(summary(found, 5)["own"]) == ["pi_inertia"]
+    assert list(studies.summary(found, 5)["own"]) == ["pi_inertia"]
     with pytest.raises(InputError, match="'pid' is not known; there are pi, "):
-        sweep(SHORT, 2, further=["pid"])
+        studies.sweep(SHORT, 2, further=["pid"])
 
 
 def test_interrupted_sweep_goes_on_where_it_stopped(tmp_path, monkeypatch, outcomes, one_thread):
     ran = []
     run = studies.run_draw
     monkeypatch.setattr(studies, "run_draw", lambda *arguments: ran.append(arguments[3]) or run(*arguments))
-    sweep(SHORT, 3, seed=5, folder=tmp_path, executor=one_thread)
+    studies.sweep(SHORT, 3, seed=5, folder=tmp_path, executor=one_thread)
     assert sorted(ran) == [0, 1, 2]
-    again = sweep(SHORT, 4, seed=5, folder=tmp_path, executor=one_thread)
+    again = studies.sweep(SHORT, 4, seed=5, folder=tmp_path, executor=one_thread)
     assert ran[3:] == [3]
     assert again == outcomes[:4]
-    sweep(SHORT.modified(duration=1.0), 2, seed=5, folder=tmp_path, executor=one_thread)
+    studies.sweep(SHORT.modified(duration=1.0), 2, seed=5, folder=tmp_path, executor=one_thread)
     assert ran[4:] == [0, 1]
 
 
 def test_beside_an_encoder_no_noise_of_the_velocity_is_drawn():
     scenario = load_scenario("encoder").modified(duration=2.0)
-    drawn = draw_scenario(scenario, 1, 0)
+    drawn = studies.draw_scenario(scenario, 1, 0)
     assert drawn.sensor == scenario.sensor
     assert drawn.joint.inertia != scenario.joint.inertia
 
 
 def test_reasons_for_refusals_are_counted_by_kind_and_a_sweep_of_them_alone_is_bad_input(tmp_path):
     found = [
-        Outcome(0, {}, "period = 0.5 is too long"),
-        Outcome(1, {}, "period = 0.25 is too long"),
-        Outcome(2, {}, "no"),
+        studies.Outcome(0, {}, "period = 0.5 is too long"),
+        studies.Outcome(1, {}, "period = 0.25 is too long"),
+        studies.Outcome(2, {}, "no"),
     ]
-    assert refusals([*found, Outcome(3, {})]) == {"period = 0.5 is too long": 2, "no": 1}
+    assert studies.refusals([*found, studies.Outcome(3, {})]) == {"period = 0.5 is too long": 2, "no": 1}
     coarse = SHORT.modified(sweep={"coulomb": [1e5, 2e5], "friction_lag": [0.0, 0.0]})
     scenario = write_scenario(tmp_path, coarse.model_dump(mode="json", exclude_none=True))
     line = refusal("sweep", scenario, "--runs", 2, "--out", tmp_path / "out")

@@ -14,23 +14,12 @@ from scenario_files import refused
 from adaptive_ff import InputError, load_scenario
 from adaptive_ff.scenario.waves import Fourier
 from adaptive_ff.studies import exciting_motion as glue
-from adaptive_ff.studies.exciting_motion import (
-    TRIAL_SEEDS,
-    assumed_joint,
-    default_limits,
-    exciting_motion,
-    find_excitations,
-    interval_widths,
-    polished,
-    with_motion,
-    yardstick,
-)
 from adaptive_ff.studies.motion import NAMES, AssumedJoint, MotionLimits, MotionSearch, information, interval_sizes
 
 JOINT = AssumedJoint(20.0, 60.0, 90.0, 80.0, 0.05, 0.1)
 ONES = np.ones(len(NAMES))
 SCENARIO = load_scenario()
-MINUTE = interval_sizes(information(JOINT, yardstick(SCENARIO).reference_velocity()[None, ::20], 0.02))[0]
+MINUTE = interval_sizes(information(JOINT, glue.yardstick(SCENARIO).reference_velocity()[None, ::20], 0.02))[0]
 
 
 @pytest.mark.parametrize(
@@ -43,7 +32,7 @@ MINUTE = interval_sizes(information(JOINT, yardstick(SCENARIO).reference_velocit
     ],
 )
 def test_motion_keeps_its_limits_and_reaches_one(limits, reached):
-    (motion,) = find_excitations(JOINT, limits, ONES, period=4.0, starts=1)
+    (motion,) = glue.find_excitations(JOINT, limits, ONES, period=4.0, starts=1)
     columns = motion.columns(0.0005)
     sizes = {name: float(np.max(np.abs(columns[name]))) for name in ("position", "velocity", "acceleration")}
     torque = np.abs(20.0 * columns["acceleration"] + 80.0 * columns["velocity"]) + 90.0
@@ -56,7 +45,7 @@ def test_motion_keeps_its_limits_and_reaches_one(limits, reached):
 
 
 def test_motion_begins_and_ends_at_rest_where_it_began():
-    (motion,) = find_excitations(JOINT, MotionLimits(1.0), ONES, period=4.0, starts=1)
+    (motion,) = glue.find_excitations(JOINT, MotionLimits(1.0), ONES, period=4.0, starts=1)
     columns = motion.columns(0.001)
     for name in ("position", "velocity", "acceleration"):
         assert columns[name][[0, -1]] == pytest.approx([0.0, 0.0], abs=1e-6)
@@ -67,7 +56,7 @@ def test_motion_begins_and_ends_at_rest_where_it_began():
 
 
 def test_search_finds_more_than_chance():
-    motions = find_excitations(JOINT, MotionLimits(1.0), ONES, period=6.0, starts=1)
+    motions = glue.find_excitations(JOINT, MotionLimits(1.0), ONES, period=6.0, starts=1)
     best = max(motions[0].sizes.values())
     grid = np.arange(600) * 0.01
     generator = np.random.default_rng(0)
@@ -88,17 +77,21 @@ def test_information_of_a_motion_that_never_slides_is_none():
 
 def search_shortly(patch):
     """Search from one start, with one round and a few trials near the best."""
-    patch.setattr(glue, "find_excitations", functools.partial(find_excitations, starts=1, rounds=1))
-    patch.setattr(glue, "polished", functools.partial(polished, trials=3))
+    patch.setattr(glue, "find_excitations", functools.partial(glue.find_excitations, starts=1, rounds=1))
+    patch.setattr(glue, "polished", functools.partial(glue.polished, trials=3))
 
 
 def test_best_candidate_in_simulation_is_taken_and_its_sizes_told(monkeypatch):
     search_shortly(monkeypatch)
     shares = []
-    motion = exciting_motion(SCENARIO, default_limits(SCENARIO), period=5.0, fastest=1.0, progress=shares.append)
-    base = interval_widths(yardstick(SCENARIO), TRIAL_SEEDS)
+    motion = glue.exciting_motion(
+        SCENARIO, glue.default_limits(SCENARIO), period=5.0, fastest=1.0, progress=shares.append
+    )
+    base = glue.interval_widths(glue.yardstick(SCENARIO), glue.TRIAL_SEEDS)
     table = motion.reference.model_dump()
-    once, twice = (interval_widths(with_motion(SCENARIO, table, time), TRIAL_SEEDS) for time in (5.0, 10.0))
+    once, twice = (
+        glue.interval_widths(glue.with_motion(SCENARIO, table, time), glue.TRIAL_SEEDS) for time in (5.0, 10.0)
+    )
     assert motion.sizes == {name: max(once[name], twice[name]) / base[name] for name in NAMES}
     assert max(motion.sizes.values()) < 20.0
     assert shares == sorted(shares)
@@ -113,7 +106,7 @@ def by_information(motion):
 
 
 def test_search_goes_by_what_trials_gave():
-    search = functools.partial(find_excitations, JOINT, MotionLimits(1.4), MINUTE, fastest=[1.0], starts=1)
+    search = functools.partial(glue.find_excitations, JOINT, MotionLimits(1.4), MINUTE, fastest=[1.0], starts=1)
     (first,), (later,) = (search(rounds=rounds, trial=by_information) for rounds in (1, 6))
     assert max(first.sizes, key=first.sizes.get) == "friction_lag"
     assert max(later.sizes.values()) < 0.7 * max(first.sizes.values())
@@ -124,7 +117,7 @@ def test_search_goes_on_where_a_ratio_is_unknown():
     def trial(motion):
         return {**by_information(motion), "friction_lag": math.nan}
 
-    search = functools.partial(find_excitations, JOINT, MotionLimits(1.4), MINUTE, fastest=[1.0], starts=1)
+    search = functools.partial(glue.find_excitations, JOINT, MotionLimits(1.4), MINUTE, fastest=[1.0], starts=1)
     (motion,) = search(rounds=2, trial=trial)
     assert math.isnan(motion.sizes["friction_lag"])
     assert motion.widest == math.inf
@@ -142,9 +135,9 @@ def test_dwelling_start_has_more_information_than_chance():
 
 def test_polishing_keeps_limits_and_improves():
     limits = MotionLimits(1.0, position=0.5)
-    (motion,) = find_excitations(JOINT, limits, ONES, period=4.0, starts=1, rounds=1, trial=by_information)
-    better = polished(JOINT, motion, by_information, trials=40)
-    assert polished(JOINT, motion, by_information, trials=0) is motion
+    (motion,) = glue.find_excitations(JOINT, limits, ONES, period=4.0, starts=1, rounds=1, trial=by_information)
+    better = glue.polished(JOINT, motion, by_information, trials=40)
+    assert glue.polished(JOINT, motion, by_information, trials=0) is motion
     assert max(better.sizes.values()) < max(motion.sizes.values())
     columns = better.columns(0.0005)
     assert np.max(np.abs(columns["velocity"])) <= 1.0
@@ -152,13 +145,15 @@ def test_polishing_keeps_limits_and_improves():
 
 
 def test_default_limits_follow_the_drive():
-    limits = default_limits(SCENARIO)
+    limits = glue.default_limits(SCENARIO)
     assert limits == MotionLimits(pytest.approx(1.4), None, None, pytest.approx(280.0))
-    assert default_limits(SCENARIO, torque=150.0).velocity == pytest.approx((150.0 - 90.0) / 80.0)
-    assert default_limits(SCENARIO, velocity=0.2, position=1.0) == MotionLimits(0.2, 1.0, None, pytest.approx(280.0))
+    assert glue.default_limits(SCENARIO, torque=150.0).velocity == pytest.approx((150.0 - 90.0) / 80.0)
+    assert glue.default_limits(SCENARIO, velocity=0.2, position=1.0) == MotionLimits(
+        0.2, 1.0, None, pytest.approx(280.0)
+    )
     with pytest.raises(InputError, match="torque = 80 N m is not allowed: it must be more than the stiction, 90 N m"):
-        default_limits(SCENARIO, torque=80.0)
-    assert assumed_joint(SCENARIO).stiction == 90.0
+        glue.default_limits(SCENARIO, torque=80.0)
+    assert glue.assumed_joint(SCENARIO).stiction == 90.0
 
 
 @pytest.mark.parametrize(
@@ -171,7 +166,7 @@ def test_default_limits_follow_the_drive():
     ],
 )
 def test_wrong_limits_are_refused(limits, arguments, said):
-    assert said in refused("", find_excitations, JOINT, limits, ONES, **arguments)
+    assert said in refused("", glue.find_excitations, JOINT, limits, ONES, **arguments)
 
 
 def test_motion_that_shows_nothing_is_refused():

@@ -13,16 +13,6 @@ from adaptive_ff.report.tables import gains_table, ranking_table
 from adaptive_ff.scenario.library import GROUPS, SCENARIOS, grouped, scenario_names
 from adaptive_ff.simulation.metrics import rms
 from adaptive_ff.studies import matrix
-from adaptive_ff.studies.matrix import (
-    Job,
-    cell_scenario,
-    collect,
-    further_figures,
-    run_job,
-    run_matrix,
-    verdict,
-    with_fastest_loop,
-)
 from adaptive_ff.studies.sweep import fall_over_gain
 from adaptive_ff.studies.tracking import run_errors
 from controllers import fastest_bandwidth
@@ -85,7 +75,7 @@ def test_scenarios_differ_in_what_their_names_say():
 
 def test_saturation_scenario_saturates_and_the_others_hardly_do():
     for name, most in (("saturation", 1.0), ("paper_100hz", 1e-3)):
-        run = simulate(cell_scenario(name, 101, False), "pi")
+        run = simulate(matrix.cell_scenario(name, 101, False), "pi")
         limited = float(np.mean(np.abs(run.torque) >= run.scenario.actuator.torque_limit))
         assert (0.01 < limited <= most) if name == "saturation" else limited <= most
 
@@ -93,7 +83,7 @@ def test_saturation_scenario_saturates_and_the_others_hardly_do():
 def test_figures_of_a_run_against_their_definitions():
     scenario = load_scenario().modified(duration=30.0, change=[{"time": 12.0, "friction_scale": 0.6}])
     base, run = simulate(scenario, "pi"), simulate(scenario, "oracle")
-    figures = further_figures(run, run_errors(base))
+    figures = matrix.further_figures(run, run_errors(base))
     error, time = run.reference - run.velocity, run.solver_time
     assert figures["rms_error_recovered"] == pytest.approx(rms(error[time >= 22.0]), rel=1e-12)
     assert figures["rms_error_second"] == pytest.approx(rms(error[(time > 5.0) & (time <= 10.0)]), rel=1e-12)
@@ -109,32 +99,32 @@ def test_figures_of_a_run_against_their_definitions():
 
 def test_fastest_loop_is_bounded_by_the_margin_or_by_the_noise():
     quiet = load_scenario().modified(sensor={"velocity_noise": 0.0})
-    assert with_fastest_loop(quiet).feedback.bandwidth == pytest.approx(fastest_bandwidth(0.01))
+    assert matrix.with_fastest_loop(quiet).feedback.bandwidth == pytest.approx(fastest_bandwidth(0.01))
     loud = load_scenario().modified(sensor={"velocity_noise": 0.05})
-    gain, _ = with_fastest_loop(loud).feedback.gains
+    gain, _ = matrix.with_fastest_loop(loud).feedback.gains
     assert gain * 0.05 == pytest.approx(0.1 * 400.0)
 
 
 def test_results_are_kept_and_run_again_only_where_something_changed(short, tmp_path, monkeypatch, one_thread):
-    jobs = [Job(name, seed, False) for name in short for seed in (1, 2)]
+    jobs = [matrix.Job(name, seed, False) for name in short for seed in (1, 2)]
     run, ran = matrix.run_job, []
     monkeypatch.setattr(matrix, "run_job", lambda own, job, names: ran.append(job) or run(own, job, names))
     shares = []
-    first = run_matrix(jobs[:2], ["pi", "oracle"], tmp_path / "out", executor=one_thread, progress=shares.append)
+    first = matrix.run_matrix(jobs[:2], ["pi", "oracle"], tmp_path / "out", executor=one_thread, progress=shares.append)
     assert shares[-1] == 1.0
     assert ran == jobs[:2]
-    again = run_matrix(jobs, ["pi", "oracle"], tmp_path / "out", executor=one_thread)
+    again = matrix.run_matrix(jobs, ["pi", "oracle"], tmp_path / "out", executor=one_thread)
     assert ran == jobs  # the first two only once
     assert again[jobs[0]] == first[jobs[0]]
     scenario = tmp_path / f"{short[0]}.toml"
     scenario.write_text(scenario.read_text(encoding="utf-8") + "# changed\n", encoding="utf-8")
-    run_matrix(jobs, ["pi"], tmp_path / "out", executor=one_thread)
+    matrix.run_matrix(jobs, ["pi"], tmp_path / "out", executor=one_thread)
     assert ran[4:] == jobs[:2]
 
 
 def test_a_cell_holds_what_a_run_of_its_own_gives(short):
-    found = run_job({}, Job("paper_100hz", 3, False), ["pi", "adaptive"])
-    run = simulate(cell_scenario("paper_100hz", 3, False), "adaptive")
+    found = matrix.run_job({}, matrix.Job("paper_100hz", 3, False), ["pi", "adaptive"])
+    run = simulate(matrix.cell_scenario("paper_100hz", 3, False), "adaptive")
     assert found["adaptive"]["rms_error_settled"] == run.metrics.rms_error_settled
 
 
@@ -143,16 +133,18 @@ def test_controller_that_fails_has_no_figures(short, monkeypatch):
         raise ValueError("no")
 
     monkeypatch.setitem(CONTROLLERS, "failing", fail)
-    found = run_job({}, Job("paper_100hz", 1, False), ["pi", "failing"])
+    found = matrix.run_job({}, matrix.Job("paper_100hz", 1, False), ["pi", "failing"])
     assert found["failing"] == {}
-    cells = collect({Job("paper_100hz", 1, False): found})
+    cells = matrix.collect({matrix.Job("paper_100hz", 1, False): found})
     assert set(cells["paper_100hz"]) == {"pi"}
 
 
 def made_up(**errors):
     """Results of one scenario: settled errors of two seeds by controller, in mrad/s."""
     return {
-        Job("made_up", seed, False): {name: {"rms_error_settled": 1e-3 * pair[seed]} for name, pair in errors.items()}
+        matrix.Job("made_up", seed, False): {
+            name: {"rms_error_settled": 1e-3 * pair[seed]} for name, pair in errors.items()
+        }
         for seed in (0, 1)
     }
 
@@ -160,10 +152,10 @@ def made_up(**errors):
 def test_ranking_has_geometric_means_the_best_first_and_a_failure_last():
     errors = {"pi": 8.0, "oracle": 1.0}
     found = {
-        Job(name, 1, False): {one: {"rms_error_settled": error} for one, error in {**errors, **further}.items()}
+        matrix.Job(name, 1, False): {one: {"rms_error_settled": error} for one, error in {**errors, **further}.items()}
         for name, further in (("servo", {"adaptive": 4.0}), ("delay", {"adaptive": 1.0, "repetitive": 8.0}))
     }
-    ranked = ranking_table(collect(found), "")
+    ranked = ranking_table(matrix.collect(found), "")
     assert ranked.heads == ("controller", "all (2)", "Where the model holds (1)", "At the limits of the loop (1)")
     assert ranked.rows == [
         ("oracle", "8.00", "8.00", "8.00"),
@@ -174,9 +166,9 @@ def test_ranking_has_geometric_means_the_best_first_and_a_failure_last():
 
 def test_verdict_names_the_best_that_does_not_know_the_truth_and_where_it_is_below_pi():
     lines = {"oracle": (1, 1), "oracle_tuned": (1, 1), "noise_floor": (0.5, 0.5), "coulomb_true": (1, 1)}
-    said = verdict(collect(made_up(pi=(8, 8), adaptive=(2, 4), good=(2, 2), bad=(9, 9), **lines)))
+    said = matrix.verdict(matrix.collect(made_up(pi=(8, 8), adaptive=(2, 4), good=(2, 2), bad=(9, 9), **lines)))
     assert (said["best"], said["over_pi"], said["worst"], said["below_pi"]) == ("good", 4.0, "made_up", [])
-    said = verdict(collect(made_up(pi=(8, 8), oracle=(1, 1), bad=(9, 9))))
+    said = matrix.verdict(matrix.collect(made_up(pi=(8, 8), oracle=(1, 1), bad=(9, 9))))
     assert (said["best"], said["below_pi"]) == ("pi", [])
 
 
@@ -186,8 +178,8 @@ def test_tables_follow_the_groups():
         "At the limits of the loop": ["delay"],
         "Further scenarios": ["made_up"],
     }
-    found = {Job(name, 1, False): {"pi": {"rms_error_settled": 1.0}} for name in ("delay", "servo")}
-    text = gains_table(collect(found), "").markdown()
+    found = {matrix.Job(name, 1, False): {"pi": {"rms_error_settled": 1.0}} for name in ("delay", "servo")}
+    text = gains_table(matrix.collect(found), "").markdown()
     assert (
         text.index("**Where the model holds**") < text.index("| servo |") < text.index("**At the limits of the loop**")
     )
@@ -213,10 +205,10 @@ def test_matrix_command_writes_tables_pictures_and_runs(tmp_path):
 @pytest.mark.filterwarnings("ignore")  # what the cluster's own modules warn of is not ours
 def test_runs_go_to_a_dask_cluster_by_its_executor(short, tmp_path, one_thread):
     distributed = pytest.importorskip("distributed")
-    jobs = [Job(name, 1, False) for name in short]
+    jobs = [matrix.Job(name, 1, False) for name in short]
     with (
         distributed.LocalCluster(n_workers=2, threads_per_worker=1, processes=False, dashboard_address=None) as cluster,
         distributed.Client(cluster) as client,
     ):
-        found = run_matrix(jobs, ["pi", "oracle"], tmp_path / "cluster", executor=client.get_executor())
-    assert found == run_matrix(jobs, ["pi", "oracle"], tmp_path / "here", executor=one_thread)
+        found = matrix.run_matrix(jobs, ["pi", "oracle"], tmp_path / "cluster", executor=client.get_executor())
+    assert found == matrix.run_matrix(jobs, ["pi", "oracle"], tmp_path / "here", executor=one_thread)
