@@ -5,7 +5,6 @@ import io
 import platform
 import zipfile
 from dataclasses import dataclass
-from importlib.metadata import version as package_version
 
 from adaptive_ff.export.errors import compiled
 from adaptive_ff.export.export import Export
@@ -92,7 +91,6 @@ def model_description(export: Export, version: str, token: str) -> str:
         f"modelDescription{version[0]}.xml",
         export,
         token=token,
-        version=package_version("adaptive-ff"),
         period=repr(export.controller.period),
         units=[item for item in UNITS.items() if any(variable.unit == item[0] for variable in variables)],
         variables=variables,

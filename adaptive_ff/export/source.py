@@ -35,6 +35,8 @@ def rendered(name: str, export: Export, **values: Any) -> str:
         "P": export.prefix.upper(),
         "real": export.precision.real,
         "title": plain(export.title),
+        "cls": type(export.controller).__name__,
+        "version": version("adaptive-ff"),
         "state": export.unit.c_type(export.state),
         "arrays": arrays_of(export.state_leaves),
         "optional": optional_inputs(),
@@ -51,11 +53,9 @@ def rendered(name: str, export: Export, **values: Any) -> str:
 
 def header(export: Export) -> str:
     """Return the header."""
-    cls = type(export.controller).__name__
     return rendered(
         "controller.h",
         export,
-        introduction=rendered("header_comment.txt", export, version=version("adaptive-ff"), cls=cls),
         state_size=HEADER.size + export.payload_size,
         state_arrays=arrays_struct(export, f"{export.prefix}_StateArrays", "Arrays of the state.", export.state_leaves),
     )
@@ -83,7 +83,7 @@ def source(export: Export) -> str:
         new_state=new_state,
         start="START" if has_own_start(export) else "NEW",
         header=HEADER.size,
-        version=VERSION,
+        format_version=VERSION,
         magic=int.from_bytes(MAGIC, "little"),
         bits="uint32_t" if export.single else "uint64_t",
     )
