@@ -8,6 +8,7 @@ from matplotlib.figure import Figure
 from adaptive_ff.identify.result import LogIdentification
 from adaptive_ff.identify.score import Score
 from adaptive_ff.replay.replay import COLD, FIXED, RECORDED, SAVED, Replay
+from adaptive_ff.report.log_words import is_mapped
 from adaptive_ff.report.style import INK, MEASURED, Look, Panel, Series, peak_of, picture, write_into
 
 MODEL: Look = {"color": "#d55e00", "linewidth": 1.0, "label": "inertia and friction as identified"}
@@ -38,7 +39,7 @@ def plot_identification(found: LogIdentification, folder: str | Path | None = No
     velocity; ``identified_map``: friction and force over position, where the model has them.
     """
     figures = {"identified_torque": _torque(found), "friction": _friction(found)}
-    if any(name.startswith(("force_", "friction_")) and name != "friction_lag" for name in found.best.values):
+    if any(map(is_mapped, found.best.values)):
         figures["identified_map"] = _map(found)
     return write_into(figures, folder)
 

@@ -41,7 +41,7 @@ FEEDFORWARDS = {
 def parameters_table(found: LogIdentification) -> Table:
     """Return parameters with half widths of their intervals: the textbook's model, and what refinements make of it."""
     models = {"textbook": found.textbook, **({} if found.refined is None else {"refined": found.refined})}
-    names = dict.fromkeys(name for model in models.values() for name in model.parameters if not _is_mapped(name))
+    names = dict.fromkeys(name for model in models.values() for name in model.parameters if not is_mapped(name))
     rows: list[list[Cell]] = []
     for name in names:
         cells = [_half(model.parameters.get(name)) for model in models.values()]
@@ -53,7 +53,7 @@ def parameters_table(found: LogIdentification) -> Table:
 
 def map_table(found: LogIdentification) -> Table | None:
     """Return friction and force over position with their intervals; None where the model has none."""
-    mapped = {name: one for name, one in found.best.parameters.items() if _is_mapped(name)}
+    mapped = {name: one for name, one in found.best.parameters.items() if is_mapped(name)}
     if not mapped:
         return None
     rows = [[name.replace("_", " "), _half(one)] for name, one in mapped.items()]
@@ -153,7 +153,8 @@ def replay_lines(found: Mapping[str, Any]) -> list[str]:
     return [f"{first} (second half). Next: {step}.", parameters_line(found["given"], found["identified"])]
 
 
-def _is_mapped(name: str) -> bool:
+def is_mapped(name: str) -> bool:
+    """Tell whether a parameter is a part of friction or force over position."""
     return name.startswith(("force_", "friction_")) and name != "friction_lag"
 
 
