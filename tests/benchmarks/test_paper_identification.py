@@ -9,16 +9,8 @@ from adaptive_ff.learning.batch import identify_series
 from adaptive_ff.learning.rls import RLSState
 from adaptive_ff.learning.series import series_coefficients
 from adaptive_ff.simulation.metrics import rms
-from benchmarks.paper import misprints, offline, online, reversal, rounding
-from benchmarks.paper.estimators import (
-    model_of,
-    physical_series,
-    regression,
-    run_rls,
-    series,
-    series_free_run,
-    series_one_step,
-)
+from benchmarks.paper import estimators, misprints, offline, online, reversal, rounding
+from benchmarks.paper.estimators import series
 from benchmarks.paper.experiment import deviations
 from benchmarks.paper.records import MORE_SEEDS, PERIOD, SEED, TRUE, predict, simulate_noise
 from plant import Joint, JointModel
@@ -124,21 +116,23 @@ def test_free_run_of_the_series_follows_its_own_recursion(data, found):
         share = math.exp(-abs(last) / 0.05)
         terms = (last, -expected[-2], torque[k], -torque[k - 1], -np.sign(last) * (1 - share), -np.sign(last) * share)
         expected.append(float(np.dot(terms, coefficients)))
-    assert series_free_run(coefficients, data.velocity[:60], torque) == pytest.approx(expected, rel=1e-9, abs=1e-12)
+    assert estimators.series_free_run(coefficients, data.velocity[:60], torque) == pytest.approx(
+        expected, rel=1e-9, abs=1e-12
+    )
 
 
 def test_torque_form_predicts_far_better_than_the_series(data, found):
-    series = rms(series_one_step(found[offline.SHIFTED].regression.values, data.velocity, data.acting))
+    series = rms(estimators.series_one_step(found[offline.SHIFTED].regression.values, data.velocity, data.acting))
     form = rms(predict(found[offline.FILTERED].model, data, one_step=True) - data.velocity)
     assert form < 0.2 * series
 
 
 def test_rls_without_forgetting_is_least_squares_with_a_prior_that_fades_as_its_covariance_grows(data):
-    rows, outputs = regression(data.velocity, data.acting)
+    rows, outputs = estimators.regression(data.velocity, data.acting)
     plain = identify_series(data.velocity, data.acting, PERIOD, stribeck_velocity=0.05).regression.values
     scale, distances = np.linalg.norm(rows, axis=0), []
     for covariance in (1e2, 1e4, 1e6, 1e8):
-        found = run_rls(rows, outputs, 1.0, covariance)[0][-1]
+        found = estimators.run_rls(rows, outputs, 1.0, covariance)[0][-1]
         augmented = np.vstack([rows, np.eye(6) / math.sqrt(covariance)]) / scale
         expected = np.linalg.lstsq(augmented, np.append(outputs, np.zeros(6)))[0] / scale
         assert found == pytest.approx(expected, rel=1e-9)
@@ -155,7 +149,7 @@ def test_target_of_figure_5(seed):
 
 
 def test_online_estimates_end_where_offline_ones_do(data, found, online_run):
-    last = model_of(physical_series(online_run.series.coefficients[-1:], PERIOD)[0])
+    last = estimators.model_of(estimators.physical_series(online_run.series.coefficients[-1:], PERIOD)[0])
     assert last == pytest.approx(found[offline.SHIFTED].model, rel=1e-4)
     assert max(map(abs, deviations(online_run.form.estimates[-1]).values())) < 5.0
     assert rms(online_run.series.errors["last"][400:]) > 5.0 * rms(online_run.series.errors["prior"][400:])
@@ -181,7 +175,7 @@ def test_every_form_of_the_recursion_is_13_word_for_word(form):
 
 def test_rounding_harms_only_the_form_that_saves_a_product():
     long = simulate_noise(SEED, duration=200.0)
-    rows, outputs = regression(long.velocity, long.acting)
+    rows, outputs = estimators.regression(long.velocity, long.acting)
     histories = {form: rounding.watch(form, rows, outputs, 1e4) for form in rounding.FORMS}
     assert 0.0 < np.max(histories[rounding.PRINTED].asymmetry) < 1e-9
     assert np.max(histories[rounding.SYMMETRIC].asymmetry) == 0.0

@@ -12,39 +12,14 @@ from drawn_arguments import digest, digests, plain
 from exports import DELAYED, adaptive, adaptive_variants, made
 from synthetic_logs import make_log, sines_log
 
-from adaptive_ff import (
-    AdaptiveController,
-    Log,
-    TorqueModel,
-    __version__,
-    export_controller,
-    fit_stribeck,
-    identify_log,
-    identify_series,
-    identify_torque_form,
-    support_points,
-)
+import adaptive_ff
+import controllers
 from adaptive_ff.export.sample import made_up_inputs
 from adaptive_ff.friction.model import WITH_GRAVITY
 from adaptive_ff.identify.scenario_text import scenario_text
 from adaptive_ff.identify.simulators import ENDINGS
 from adaptive_ff.report.log_words import details, verdict_lines
 from adaptive_ff.simulation.metrics import rms
-from controllers import (
-    PI,
-    DisturbanceObserver,
-    ExtendedState,
-    Inputs,
-    KalmanDisturbance,
-    PositionLoop,
-    fastest_bandwidth,
-    kalman_velocity,
-    kalman_velocity_gains,
-    loop_margins_of,
-    loop_systems,
-    low_pass_velocity,
-    plain_state,
-)
 from controllers.kernels.language import NotTranslatable
 from controllers.kernels.literals import DOUBLE, SINGLE
 from controllers.kernels.types import type_of
@@ -113,7 +88,9 @@ def words_of(function, *arguments, **named):
     return digest(plain(value)) if not hasattr(value, "model_dump") else "accepted"
 
 
-MOVING = [Inputs._fields.index(one) for one in ("reference", "next_reference", "acting_reference", "velocity")]
+MOVING = [
+    controllers.Inputs._fields.index(one) for one in ("reference", "next_reference", "acting_reference", "velocity")
+]
 
 
 def controller_figures(make, samples=110):
@@ -127,12 +104,12 @@ def controller_figures(make, samples=110):
         inputs[85:, MOVING] = inputs[85:86, MOVING]  # and moves evenly at the end
         if start == "held" and hasattr(controller, "enabled"):
             controller.enabled = False
-        given = np.array([controller.step_plain(Inputs(*row.tolist())) for row in inputs])
+        given = np.array([controller.step_plain(controllers.Inputs(*row.tolist())) for row in inputs])
         found |= {f"{start} torque": rms(given[:, 0]), f"{start} feedforward": rms(given[:, 1])}
         found |= {f"{start} last": float(given[-1, 0]), f"{start} faults": controller.faults}
         found |= dict(numbers(controller.estimates, f"{start} estimate"))
         found[f"{start} state"] = state_size(controller)
-        if isinstance(controller, AdaptiveController):
+        if isinstance(controller, adaptive_ff.AdaptiveController):
             found |= {f"{start} {name}": value for name, value in told(controller).items()}
         controller.restart()
     found["refused"] = words_of(controller.take_over, 12.0, 0.1, 0.09, next_reference=0.11)
@@ -142,7 +119,7 @@ def controller_figures(make, samples=110):
     return found
 
 
-FIRST = {"model": TorqueModel(20.0, 60.0, 90.0, 80.0, 0.02, 0.05, 1.0), "deviation": 0.3}
+FIRST = {"model": adaptive_ff.TorqueModel(20.0, 60.0, 90.0, 80.0, 0.02, 0.05, 1.0), "deviation": 0.3}
 OPTIONS = {
     "model": FIRST,
     "first values": {"model": {"inertia": 25.0, "coulomb": 40.0, "friction_lag": 0.01}, "deviation": {"coulomb": 0.4}},
@@ -167,41 +144,45 @@ def told(controller):
 
 
 def state_size(controller):
-    values = [value for _, value in numbers(plain_state(controller.state)) if math.isfinite(value)]
+    values = [value for _, value in numbers(controllers.plain_state(controller.state)) if math.isfinite(value)]
     return float(np.sum(np.arctan(values) * np.cos(np.arange(len(values)))))
 
 
-OBSERVERS = (DisturbanceObserver, ExtendedState, KalmanDisturbance)
+OBSERVERS = (controllers.DisturbanceObserver, controllers.ExtendedState, controllers.KalmanDisturbance)
 
 
 def design_figures():
     """Return gains and margins of loops, observers and cascades, behind estimators of velocity too, and refusals."""
     found = {}
-    settled = kalman_velocity_gains(1e-4, 10.0, 0.001)
-    estimators = {"": None, "low-pass": low_pass_velocity(0.001, 60.0), "kalman": kalman_velocity(*settled, 0.001)}
+    settled = controllers.kalman_velocity_gains(1e-4, 10.0, 0.001)
+    estimators = {
+        "": None,
+        "low-pass": controllers.low_pass_velocity(0.001, 60.0),
+        "kalman": controllers.kalman_velocity(*settled, 0.001),
+    }
     for delay, names in ((0, ("", "low-pass")), (2, ("kalman",))):
         for name in names:
             velocity = estimators[name]
             loop = {"delay": delay, "velocity": velocity}
-            limit = fastest_bandwidth(0.001, **loop)
-            design = PI.design(20.0, 0.001, 0.4 * limit, **loop)
-            margins = loop_margins_of(design.systems(friction_slope=-30.0))
-            cascade = PositionLoop.design(0.001, 0.4 * limit, **loop)
+            limit = controllers.fastest_bandwidth(0.001, **loop)
+            design = controllers.PI.design(20.0, 0.001, 0.4 * limit, **loop)
+            margins = controllers.loop_margins_of(design.systems(friction_slope=-30.0))
+            cascade = controllers.PositionLoop.design(0.001, 0.4 * limit, **loop)
             tables = {"limit": limit, "pi": asdict(design), "falling": asdict(margins), "cascade": asdict(cascade)}
             for kind in OBSERVERS if name != "low-pass" else ():
-                gains = (design.proportional, design.integral)[: 1 if kind is ExtendedState else 2]
-                bandwidth = 0.1 * limit if kind is KalmanDisturbance else None  # its search takes long
+                gains = (design.proportional, design.integral)[: 1 if kind is controllers.ExtendedState else 2]
+                bandwidth = 0.1 * limit if kind is controllers.KalmanDisturbance else None  # its search takes long
                 tables[kind.__name__] = asdict(kind.design(20.0, 0.001, *gains, bandwidth, **loop))
             found |= dict(numbers(tables, f"{delay} {name}".strip()))
             for function, given in (
-                (PI.design, (20.0, 0.001, 1.2 * limit)),
-                (PositionLoop.design, (0.001, 0.4 * limit, 90.0)),
-                (PositionLoop.design, (0.001, 1.5 * limit)),
+                (controllers.PI.design, (20.0, 0.001, 1.2 * limit)),
+                (controllers.PositionLoop.design, (0.001, 0.4 * limit, 90.0)),
+                (controllers.PositionLoop.design, (0.001, 1.5 * limit)),
             ):
                 found[f"{delay} {name} {function.__qualname__} {len(given)}"] = words_of(function, *given, **loop)
-    systems = loop_systems(800.0, 0.0, 20.0, 0.001, delay=1, friction_slope=20.0)
+    systems = controllers.loop_systems(800.0, 0.0, 20.0, 0.001, delay=1, friction_slope=20.0)
     found |= dict(numbers({name: [*one.num[0][0], *one.den[0][0]] for name, one in systems._asdict().items()}))
-    found["walk"] = KalmanDisturbance.walk(20.0, 0.001, 0.002, 8.0)
+    found["walk"] = controllers.KalmanDisturbance.walk(20.0, 0.001, 0.002, 8.0)
     return found
 
 
@@ -214,26 +195,28 @@ def fit_figures():
         20.0 * np.gradient(velocity, time) + 80.0 * velocity + sign * (60.0 + 30.0 * np.exp(-np.abs(velocity) / 0.05))
     )
     torque += 0.5 * generator.standard_normal(time.size)
-    series = identify_series(velocity, torque, 0.005, stribeck_velocity=0.05, use=np.abs(velocity) > 0.01)
-    form = identify_torque_form(
+    series = adaptive_ff.identify_series(velocity, torque, 0.005, stribeck_velocity=0.05, use=np.abs(velocity) > 0.01)
+    form = adaptive_ff.identify_torque_form(
         time, velocity, torque, stribeck_velocity=0.05, filter_pole=30.0, slowest=0.01, hold=0.1, confidence=0.9
     )
     speeds = np.geomspace(0.005, 0.4, 10)
     drives = np.repeat(np.concatenate([speeds, -speeds])[:, np.newaxis], 6, axis=1)
     readings = np.sign(drives) * (60.0 + 30.0 * np.exp(-np.abs(drives) / 0.05)) + 80.0 * drives + 2.0
-    points = support_points(drives, readings + generator.standard_normal(drives.shape) * (0.5 + np.abs(drives)))
+    points = adaptive_ff.support_points(
+        drives, readings + generator.standard_normal(drives.shape) * (0.5 + np.abs(drives))
+    )
     found = {"series": tables(series.physical), "form": tables(form.physical), "used": int(np.sum(form.used))}
     found |= {"rows": int(np.sum(series.used)), "points": rms(points.standard_error), "torque": rms(points.torque)}
     both, forward = (points.velocity, points.torque, points.standard_error), points.velocity > 0.0
-    found["both"] = fit_stribeck(*both, confidence=0.9).estimates
-    found["forward"] = fit_stribeck(points.velocity[forward], points.torque[forward]).estimates
+    found["both"] = adaptive_ff.fit_stribeck(*both, confidence=0.9).estimates
+    found["forward"] = adaptive_ff.fit_stribeck(points.velocity[forward], points.torque[forward]).estimates
     return dict(numbers({name: tables(one) if name in ("both", "forward") else one for name, one in found.items()}))
 
 
 def sines(further):
     """Return a log of a joint with a further torque along three sines, one row of ten."""
     log = sines_log(further, seconds=14, rate=1000)[0]
-    return Log(log.name, log.time[::10], log.torque[::10], position=log.position[::10])
+    return adaptive_ff.Log(log.name, log.time[::10], log.torque[::10], position=log.position[::10])
 
 
 LOGS = {
@@ -250,7 +233,7 @@ LOGS = {
 def identified_figures(name):
     """Return what is identified from a log, and in which words it is written and said."""
     log, options = LOGS[name]
-    found = identify_log(log(), **options)
+    found = adaptive_ff.identify_log(log(), **options)
     texts = {kind: words_of(found.simulator, kind, gear_ratio=3.0) for kind in ENDINGS}
     texts |= {"scenario": words_of(scenario_text, found, "reference.csv")}
     texts |= {"verdict": " | ".join(verdict_lines(found)), "details": " | ".join(details(found))}
@@ -287,8 +270,10 @@ def export_figures():
     found = {}
     for label, options in (("double", {}), ("single", {"single": True, "prefix": "axis"})):
         with TemporaryDirectory() as folder:
-            for file in sorted(export_controller(PI(1256.0, 15800.0, 0.01, delay=1.5), folder, **options)):
-                text = file.read_text(encoding="utf-8").replace(__version__, "")
+            for file in sorted(
+                adaptive_ff.export_controller(controllers.PI(1256.0, 15800.0, 0.01, delay=1.5), folder, **options)
+            ):
+                text = file.read_text(encoding="utf-8").replace(adaptive_ff.__version__, "")
                 found[f"{label} {file.name}"] = digest([text])
     return found
 

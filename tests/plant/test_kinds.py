@@ -7,40 +7,25 @@ import pytest
 from pydantic import ValidationError
 from stepped_joint import along_paths, run
 
+import plant
 from controllers import compiled
-from plant import (
-    CHECK_PERIOD,
-    INITIAL_STATE,
-    SCALE_JOINT,
-    SENSED_VELOCITY,
-    STEP_JOINT,
-    BacklashJoint,
-    ElasticJoint,
-    ElastoPlasticJoint,
-    JointModel,
-    LuGreJoint,
-    MaxwellJoint,
-    RollingJoint,
-    initial_state,
-    sliding_friction,
-)
 
 FRICTION = {"inertia": 20.0, "coulomb": 60.0, "stiction": 90.0, "viscous": 80.0, "stribeck_velocity": 0.05}
 MODELS = {
-    "stribeck": JointModel(**FRICTION),
-    "lagged": JointModel(**FRICTION, friction_lag=0.02, offset=7.0, stiction_backward=70.0),
-    "lugre": LuGreJoint(**FRICTION, stiffness=1e5, offset=7.0, stiction_backward=70.0),
-    "elastic": ElasticJoint(
+    "stribeck": plant.JointModel(**FRICTION),
+    "lagged": plant.JointModel(**FRICTION, friction_lag=0.02, offset=7.0, stiction_backward=70.0),
+    "lugre": plant.LuGreJoint(**FRICTION, stiffness=1e5, offset=7.0, stiction_backward=70.0),
+    "elastic": plant.ElasticJoint(
         **FRICTION, link_share=0.5, link_stiffness=5e4, link_damping=20.0, offset=7.0, stiction_backward=70.0
     ),
-    "backlash": BacklashJoint(
+    "backlash": plant.BacklashJoint(
         **FRICTION, link_share=0.5, link_stiffness=5e4, link_damping=20.0, gap=0.002, hysteresis=10.0, offset=7.0
     ),
-    "maxwell": MaxwellJoint(
+    "maxwell": plant.MaxwellJoint(
         **FRICTION, displacements=[2e-4, 5e-4, 1e-3, 2e-3], attraction=2e3, offset=7.0, stiction_backward=70.0
     ),
-    "rolling": RollingJoint(**FRICTION, rolling_range=2e-3, offset=7.0, stiction_backward=70.0),
-    "elasto_plastic": ElastoPlasticJoint(
+    "rolling": plant.RollingJoint(**FRICTION, rolling_range=2e-3, offset=7.0, stiction_backward=70.0),
+    "elasto_plastic": plant.ElastoPlasticJoint(
         **FRICTION, presliding=1e-3, friction_lag=0.02, offset=7.0, stiction_backward=70.0
     ),
 }
@@ -55,17 +40,17 @@ def model(request):
 
 def test_tables_serve_every_kind(model):
     parameters = model.parameters
-    kind, state = type(parameters), initial_state(parameters, 0.1)
-    assert INITIAL_STATE[kind](parameters, 0.1) == state
-    assert SENSED_VELOCITY[type(state)](state) == 0.1
-    assert SCALE_JOINT[kind](parameters, 1.0) == parameters
-    doubled = SCALE_JOINT[kind](parameters, 2.0)
+    kind, state = type(parameters), plant.initial_state(parameters, 0.1)
+    assert plant.INITIAL_STATE[kind](parameters, 0.1) == state
+    assert plant.SENSED_VELOCITY[type(state)](state) == 0.1
+    assert plant.SCALE_JOINT[kind](parameters, 1.0) == parameters
+    doubled = plant.SCALE_JOINT[kind](parameters, 2.0)
     assert doubled.offset == parameters.offset
     for curve, before in ((doubled.friction, parameters.friction), (doubled.backward, parameters.backward)):
-        assert sliding_friction(curve, 0.1) == pytest.approx(2.0 * sliding_friction(before, 0.1))
-    CHECK_PERIOD[kind](parameters, 0.001)
+        assert plant.sliding_friction(curve, 0.1) == pytest.approx(2.0 * plant.sliding_friction(before, 0.1))
+    plant.CHECK_PERIOD[kind](parameters, 0.001)
     with pytest.raises(ValueError, match="solver_period = 1 s is too long for this joint"):
-        CHECK_PERIOD[kind](parameters, 1.0)
+        plant.CHECK_PERIOD[kind](parameters, 1.0)
 
 
 CARRIED = ("lugre", "maxwell", "rolling")
@@ -75,9 +60,9 @@ RIGID = [name for name in MODELS if name not in ("elastic", "backlash")]
 @pytest.mark.parametrize("kind", RIGID)
 def test_twice_the_friction_on_twice_the_inertia_moves_alike_under_twice_the_torque(kind):
     joint = MODELS[kind].parameters
-    twice = SCALE_JOINT[type(joint)](joint, 2.0)._replace(inertia=40.0, offset=2.0 * joint.offset)
-    before = run(joint, initial_state(joint, 0.1), TORQUES, 1e-3)
-    after = run(twice, initial_state(twice, 0.1), 2.0 * TORQUES, 1e-3)
+    twice = plant.SCALE_JOINT[type(joint)](joint, 2.0)._replace(inertia=40.0, offset=2.0 * joint.offset)
+    before = run(joint, plant.initial_state(joint, 0.1), TORQUES, 1e-3)
+    after = run(twice, plant.initial_state(twice, 0.1), 2.0 * TORQUES, 1e-3)
     assert after[:, [0, 2]] == pytest.approx(before[:, [0, 2]], rel=1e-9, abs=1e-15)
     assert after[:, 1] == pytest.approx(2.0 * before[:, 1], rel=1e-9, abs=1e-12)
 
@@ -87,10 +72,10 @@ def test_twice_the_friction_on_twice_the_inertia_moves_alike_under_twice_the_tor
 def test_friction_settles_on_the_stribeck_curve_of_its_direction(kind, velocity):
     model = type(MODELS[kind])(**{**MODELS[kind].model_dump(), "coulomb_backward": 40.0, "viscous_backward": 100.0})
     joint = model.parameters._replace(inertia=1e12)  # nothing changes its velocity
-    start = initial_state(joint, 0.0)._replace(velocity=velocity)
+    start = plant.initial_state(joint, 0.0)._replace(velocity=velocity)
     friction = run(joint, start, np.full(6000, joint.offset), 1e-3)[-1, 1]
     curve = joint.friction if velocity > 0.0 else joint.backward
-    assert friction == pytest.approx(math.copysign(sliding_friction(curve, abs(velocity)), velocity), rel=1e-6)
+    assert friction == pytest.approx(math.copysign(plant.sliding_friction(curve, abs(velocity)), velocity), rel=1e-6)
 
 
 @pytest.mark.parametrize("kind", ["maxwell", "rolling", "elasto_plastic"])
@@ -98,7 +83,7 @@ def test_presliding_is_rate_independent(kind):
     flat = {"stiction": 60.0, "stiction_backward": None, "viscous": 0.0, "offset": 0.0}
     flat |= {"friction_lag": 0.0} if kind == "elasto_plastic" else {"attraction": None} if kind == "maxwell" else {}
     joint = type(MODELS[kind])(**{**MODELS[kind].model_dump(), **flat}).parameters
-    follow = along_paths(STEP_JOINT[type(joint)], initial_state(joint, 0.0))
+    follow = along_paths(plant.STEP_JOINT[type(joint)], plant.initial_state(joint, 0.0))
     path = 2e-3 * np.sin(np.linspace(0.0, 9.0, 800)) + 5e-4 * np.sin(np.linspace(0.0, 50.0, 800))
     assert follow(joint, path, 1e-1) == pytest.approx(follow(joint, path, 1e-4), rel=1e-9, abs=1e-9)
 
@@ -134,9 +119,9 @@ def test_the_longest_solver_period_is_named_and_accepted(model):
 
 def test_friction_that_grows_may_need_a_shorter_period(model):
     parameters = model.parameters
-    harder = SCALE_JOINT[type(parameters)](parameters, 1e3)
+    harder = plant.SCALE_JOINT[type(parameters)](parameters, 1e3)
     with pytest.raises(ValueError, match="is too long"):
-        CHECK_PERIOD[type(parameters)](harder, model.solver_period)
+        plant.CHECK_PERIOD[type(parameters)](harder, model.solver_period)
 
 
 @pytest.mark.parametrize("shape", [0.7, 1.0, 1.5, 2.0])
@@ -144,8 +129,8 @@ def test_compiled_step_is_the_plain_one(model, shape):
     parameters = model.parameters
     curves = {side: getattr(parameters, side)._replace(stribeck_shape=shape) for side in ("friction", "backward")}
     parameters = parameters._replace(**curves)
-    plain = STEP_JOINT[type(parameters)]
-    step, state = compiled(plain), initial_state(parameters, 0.1)
+    plain = plant.STEP_JOINT[type(parameters)]
+    step, state = compiled(plain), plant.initial_state(parameters, 0.1)
     for torque in TORQUES[:700:2]:  # to the other side and back
         expected = plain(parameters, state, torque, 0.001)
         state = step(parameters, state, torque, 0.001)
@@ -153,5 +138,5 @@ def test_compiled_step_is_the_plain_one(model, shape):
 
 
 def test_torque_that_is_not_a_number_does_not_look_like_rest(model):
-    state = initial_state(model.parameters, 0.0)
-    assert math.isnan(STEP_JOINT[type(model.parameters)](model.parameters, state, math.nan, 0.001).velocity)
+    state = plant.initial_state(model.parameters, 0.0)
+    assert math.isnan(plant.STEP_JOINT[type(model.parameters)](model.parameters, state, math.nan, 0.001).velocity)

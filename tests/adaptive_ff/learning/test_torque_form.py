@@ -7,19 +7,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import quad
 
-from adaptive_ff.learning.torque_form import (
-    FILTER_ADHESION,
-    FILTER_COULOMB,
-    FILTER_FRACTION,
-    FILTER_SPEED,
-    FILTER_TORQUE,
-    TorqueForm,
-    advance_signals_in_place,
-    initial_signals,
-    write_regressors,
-)
+from adaptive_ff.learning import torque_form
 
-FORM = TorqueForm(50.0, 0.05, 1.0)
+FORM = torque_form.TorqueForm(50.0, 0.05, 1.0)
 
 
 def impulse_response_integral(signal, until, breaks):
@@ -51,9 +41,9 @@ def velocities_and_times(velocities, durations):
 
 
 def filters_after(velocities, durations):
-    signals = initial_signals(FORM, 8)._replace(velocity=velocities[0])
+    signals = torque_form.initial_signals(FORM, 8)._replace(velocity=velocities[0])
     for velocity, duration in zip(velocities[1:], durations, strict=True):
-        signals = advance_signals_in_place(FORM, signals, 0.0, velocity, duration)
+        signals = torque_form.advance_signals_in_place(FORM, signals, 0.0, velocity, duration)
     return signals.filters
 
 
@@ -72,12 +62,15 @@ def test_g_and_h_are_filtered_exactly_with_the_jump_at_the_moment_of_reversal(st
         return math.copysign(1.0, np.interp(t, times, nodes))
 
     found = filters_after(velocities, durations)
-    for index, sizes in ((FILTER_COULOMB, 1.0 - shares), (FILTER_ADHESION, shares)):
+    for index, sizes in ((torque_form.FILTER_COULOMB, 1.0 - shares), (torque_form.FILTER_ADHESION, shares)):
         expected = impulse_response_integral(
             lambda t, sizes=sizes: direction(t) * np.interp(t, times, sizes), times[-1], list(times[1:-1])
         )
         assert found[index, 0] == pytest.approx(expected, abs=1e-9)
-    for index, sizes in ((FILTER_FRACTION, shares), (FILTER_SPEED, np.abs(nodes))):  # these do not jump
+    for index, sizes in (
+        (torque_form.FILTER_FRACTION, shares),
+        (torque_form.FILTER_SPEED, np.abs(nodes)),
+    ):  # these do not jump
         expected = impulse_response_integral(
             lambda t, sizes=sizes: np.interp(t, times, sizes), times[-1], list(times[1:-1])
         )
@@ -88,7 +81,7 @@ def test_g_and_h_are_filtered_exactly_with_the_jump_at_the_moment_of_reversal(st
 def test_reversal_within_a_step_is_seen_where_it_happens(place):
     duration, swing = 0.004, 0.01  # slow against Vs: g and h are as good as linear
     start = swing * place
-    found = filters_after([start, start - swing], [duration])[FILTER_ADHESION, 0]
+    found = filters_after([start, start - swing], [duration])[torque_form.FILTER_ADHESION, 0]
     turn = place * duration
     exact = impulse_response_integral(lambda t: adhesion(start - swing * t / duration), duration, [turn])
     ends = adhesion(start), adhesion(start - swing)
@@ -98,9 +91,9 @@ def test_reversal_within_a_step_is_seen_where_it_happens(place):
 
 
 def test_torque_is_held_over_the_period_that_ends_and_its_slope_is_regressed_with_a_minus():
-    signals, row = initial_signals(FORM, 5), np.empty(6)
-    signals = advance_signals_in_place(FORM, signals, 7.0, 0.0, 0.02)  # p t = 1
-    torque = write_regressors(FORM, signals, row)
+    signals, row = torque_form.initial_signals(FORM, 5), np.empty(6)
+    signals = torque_form.advance_signals_in_place(FORM, signals, 7.0, 0.0, 0.02)  # p t = 1
+    torque = torque_form.write_regressors(FORM, signals, row)
     assert torque == pytest.approx(7.0 * (1.0 - 2.0 * math.exp(-1.0)), rel=1e-12)
     assert row == pytest.approx([0.0, 0.0, 0.0, 0.0, 0.0, -7.0 * 50.0 * math.exp(-1.0)], rel=1e-12)
-    assert signals.filters[FILTER_TORQUE, 0] == torque
+    assert signals.filters[torque_form.FILTER_TORQUE, 0] == torque
