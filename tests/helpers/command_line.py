@@ -15,6 +15,8 @@ import typer
 
 from adaptive_ff import load_scenario, simulate
 from adaptive_ff.cli.main import main
+from adaptive_ff.studies import exciting_motion
+from adaptive_ff.studies.exciting_motion import find_excitations, polished
 
 WARNING = ("adaptive-ff: warning:", "warning:")
 BUILT = functools.cache(typer.main.get_command)
@@ -73,6 +75,12 @@ def compile_controllers():
     """Compile, so that no call has to say that it does; a later process finds it done."""
     for name in load_scenario().controllers:
         simulate(load_scenario().modified(duration=0.1), name)
+
+
+def search_shortly(patch):
+    """Let a search for a motion start once, go one round, and try a few motions near the best."""
+    patch.setattr(exciting_motion, "find_excitations", functools.partial(find_excitations, starts=1, rounds=1))
+    patch.setattr(exciting_motion, "polished", functools.partial(polished, trials=3))
 
 
 def content_of(folder):

@@ -6,31 +6,20 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from plant import (
-    CHANGE_JOINT,
-    SCALE_JOINT,
-    STEP_JOINT,
-    Actuator,
-    ElasticJoint,
-    Joint,
-    JointChange,
-    JointModel,
-    LuGreJoint,
-    lagged_torque,
-)
+import plant
 
 FRICTION = {"inertia": 20.0, "coulomb": 60.0, "stiction": 90.0, "viscous": 80.0, "stribeck_velocity": 0.05}
 MODELS = {
-    "stribeck": JointModel(**FRICTION, friction_lag=0.02, offset=7.0),
-    "lugre": LuGreJoint(**FRICTION, stiffness=1e5, damping=500.0, offset=7.0),
-    "elastic": ElasticJoint(**FRICTION, friction_lag=0.02, link_share=0.25, link_stiffness=5e4, offset=7.0),
+    "stribeck": plant.JointModel(**FRICTION, friction_lag=0.02, offset=7.0),
+    "lugre": plant.LuGreJoint(**FRICTION, stiffness=1e5, damping=500.0, offset=7.0),
+    "elastic": plant.ElasticJoint(**FRICTION, friction_lag=0.02, link_share=0.25, link_stiffness=5e4, offset=7.0),
 }
-CHANGE = JointChange(dry=1.5, viscous=0.5, inertia=2.0, lag=0.25, load=30.0)
+CHANGE = plant.JointChange(dry=1.5, viscous=0.5, inertia=2.0, lag=0.25, load=30.0)
 
 
 def changed(model, change=CHANGE):
     parameters = model.parameters
-    return CHANGE_JOINT[type(parameters)](parameters, change)
+    return plant.CHANGE_JOINT[type(parameters)](parameters, change)
 
 
 def flat(parameters):
@@ -41,7 +30,7 @@ def flat(parameters):
 
 
 def test_every_kind_can_be_changed():
-    assert CHANGE_JOINT.keys() == SCALE_JOINT.keys() == STEP_JOINT.keys()
+    assert plant.CHANGE_JOINT.keys() == plant.SCALE_JOINT.keys() == plant.STEP_JOINT.keys()
 
 
 @pytest.mark.parametrize("kind", MODELS)
@@ -49,11 +38,13 @@ def test_changed_joint_is_the_joint_made_with_the_changed_fields(kind):
     model = MODELS[kind]
     fields = {**FRICTION, "coulomb": 90.0, "stiction": 135.0, "viscous": 40.0, "inertia": 40.0, "offset": 37.0}
     if kind == "stribeck":
-        expected = JointModel(**fields, friction_lag=0.005)
+        expected = plant.JointModel(**fields, friction_lag=0.005)
     elif kind == "lugre":
-        expected = LuGreJoint(**fields, stiffness=1.5e5, damping=750.0)  # bristles go with the dry friction
+        expected = plant.LuGreJoint(**fields, stiffness=1.5e5, damping=750.0)  # bristles go with the dry friction
     else:  # 15 + 5 kg m^2 become 15 + 10
-        expected = ElasticJoint(**{**fields, "inertia": 25.0}, friction_lag=0.005, link_share=0.4, link_stiffness=5e4)
+        expected = plant.ElasticJoint(
+            **{**fields, "inertia": 25.0}, friction_lag=0.005, link_share=0.4, link_stiffness=5e4
+        )
     assert flat(changed(model)) == pytest.approx(flat(expected.parameters), rel=1e-14)
 
 
@@ -62,7 +53,7 @@ def test_weight_without_friction_swings_as_a_pendulum(phase, share):
     free = {"inertia": 20.0, "coulomb": 0.0, "stiction": 0.0, "viscous": 0.0, "stribeck_velocity": 0.05}
     errors = []
     for period in (1e-3, 5e-4):
-        joint = Joint(JointModel(**free, gravity=100.0, gravity_phase=phase, solver_period=period), share)
+        joint = plant.Joint(plant.JointModel(**free, gravity=100.0, gravity_phase=phase, solver_period=period), share)
         velocity = [joint.step(0.0, 0.01) for _ in range(300)]
         exact = solve_ivp(
             lambda _, y: [y[1], -5.0 * math.sin(y[0] + phase)],
@@ -78,10 +69,10 @@ def test_weight_without_friction_swings_as_a_pendulum(phase, share):
 
 
 def test_lagged_torque_is_the_exact_response_of_a_first_order_lag():
-    drive = Actuator(lag=0.004).parameters
-    mean, end = lagged_torque(drive, 50.0, -10.0, 0.001)
+    drive = plant.Actuator(lag=0.004).parameters
+    mean, end = plant.lagged_torque(drive, 50.0, -10.0, 0.001)
     time = np.linspace(0.0, 0.001, 100_001)
     setup = 50.0 - 60.0 * np.exp(-time / 0.004)
     assert end == pytest.approx(setup[-1], rel=1e-12)
     assert mean == pytest.approx(np.trapezoid(setup, time) / 0.001, rel=1e-9)
-    assert lagged_torque(Actuator().parameters, 50.0, -10.0, 0.001) == (50.0, 50.0)
+    assert plant.lagged_torque(plant.Actuator().parameters, 50.0, -10.0, 0.001) == (50.0, 50.0)

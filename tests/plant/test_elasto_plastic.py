@@ -8,27 +8,19 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 from stepped_joint import along_paths, run
 
-from plant import (
-    ElastoPlasticJoint,
-    ElastoPlasticState,
-    JointModel,
-    initial_state,
-    sliding_friction,
-    step_elasto_plastic,
-    step_joint,
-)
+import plant
 from plant.elasto_plastic import mobilised
 
 FIELDS = {"inertia": 20.0, **FRICTION, "presliding": 3e-3}
 FLAT = {"stiction": 60.0, "viscous": 0.0}
-REST = ElastoPlasticState(0.0, 0.0, 0.0, 0.0, 0.0)
+REST = plant.ElastoPlasticState(0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 def model(**changes):
-    return ElastoPlasticJoint(**{**FIELDS, **changes})
+    return plant.ElastoPlasticJoint(**{**FIELDS, **changes})
 
 
-friction_along = along_paths(step_elasto_plastic, REST)
+friction_along = along_paths(plant.step_elasto_plastic, REST)
 
 
 def rising(share):
@@ -71,16 +63,16 @@ def test_small_cycle_of_displacement_closes_at_the_fixed_point_of_its_branches()
 
 @pytest.mark.parametrize("lag", [0.0, 0.02])
 def test_joint_without_presliding_is_the_papers(lag):
-    rigid = JointModel(inertia=20.0, **FRICTION, friction_lag=lag, offset=3.0).parameters
+    rigid = plant.JointModel(inertia=20.0, **FRICTION, friction_lag=lag, offset=3.0).parameters
     torques = 150.0 * np.sin(1e-3 * np.arange(8000)) + 40.0 * np.sin(0.0041 * np.arange(8000))
-    state, expected = initial_state(rigid, 0.1), [0.1]
+    state, expected = plant.initial_state(rigid, 0.1), [0.1]
     for torque in torques.tolist():
-        state = step_joint(rigid, state, torque, 2e-4)
+        state = plant.step_joint(rigid, state, torque, 2e-4)
         expected.append(state.velocity)
     differences = []
     for presliding in (1e-5, 1e-8, 1e-10):
         joint = model(friction_lag=lag, offset=3.0, presliding=presliding, solver_period=2e-4).parameters
-        motion = run(joint, initial_state(joint, 0.1), torques, 2e-4)
+        motion = run(joint, plant.initial_state(joint, 0.1), torques, 2e-4)
         differences.append(np.sqrt(np.mean((motion[:, 0] - expected) ** 2)))
     assert np.ptp(expected) > 0.3
     assert differences[0] > 10.0 * differences[1] > 100.0 * differences[2]
@@ -93,7 +85,7 @@ def by_runge_kutta(joint, start, torque, duration):
 
     def slope(t, y):
         share = start.turned + (1.0 - start.turned) * float(rising((y[1] - origin) / joint.presliding))
-        level = sliding_friction(curve._replace(viscous=0.0), y[0])
+        level = plant.sliding_friction(curve._replace(viscous=0.0), y[0])
         static = share * level + curve.viscous * y[0]
         return [(torque(t) - y[2]) / joint.inertia, y[0], (static - y[2]) / joint.friction_lag]
 
@@ -105,7 +97,7 @@ def by_runge_kutta(joint, start, torque, duration):
 
 
 def test_motion_from_presliding_into_sliding_converges_to_that_of_solve_ivp_with_first_order():
-    joint, start = model(friction_lag=0.02).parameters, ElastoPlasticState(0.02, 10.0, 0.0, -0.5, 5e-4)
+    joint, start = model(friction_lag=0.02).parameters, plant.ElastoPlasticState(0.02, 10.0, 0.0, -0.5, 5e-4)
 
     def torque(t):
         return 40.0 + 400.0 * t
@@ -126,10 +118,10 @@ def steps(draw):
         "friction_lag": draw(st.just(0.0) | st.floats(1e-4, 0.1)),
         "presliding": 10.0 ** draw(st.floats(-6.0, -1.0)),
     }
-    model = accepted(ElastoPlasticJoint, fields)
+    model = accepted(plant.ElastoPlasticJoint, fields)
     travel = draw(st.floats(-1.0, 1.0)) * fields["presliding"]
     friction, turned = draw(st.floats(-150.0, 150.0)), draw(st.floats(-1.0, 1.0))
-    state = ElastoPlasticState(draw(VELOCITY), friction, 0.0, turned, travel)
+    state = plant.ElastoPlasticState(draw(VELOCITY), friction, 0.0, turned, travel)
     return model.parameters, state, draw(TORQUE), model.solver_period
 
 
@@ -137,7 +129,7 @@ def steps(draw):
 @given(steps())
 def test_step_solves_its_equations_and_is_odd(case):
     joint, state, torque, h = case
-    after = step_elasto_plastic(joint, state, torque, h)
+    after = plant.step_elasto_plastic(joint, state, torque, h)
     pull = torque - joint.offset - after.friction_torque
     size = abs(state.velocity) + h / joint.inertia * (abs(torque) + abs(joint.offset) + 500.0)
     assert after.velocity == pytest.approx(state.velocity + h / joint.inertia * pull, abs=1e-9 * size)
@@ -146,9 +138,9 @@ def test_step_solves_its_equations_and_is_odd(case):
     assert (share - before) * after.velocity >= 0.0
     assert abs(after.travel) <= joint.presliding
     curve = joint.friction if share > 0.0 else joint.backward
-    level = sliding_friction(curve._replace(viscous=0.0), abs(after.velocity))
+    level = plant.sliding_friction(curve._replace(viscous=0.0), abs(after.velocity))
     static = share * level + joint.friction.viscous * after.velocity
     lagged = after.friction_torque + joint.friction_lag * (after.friction_torque - state.friction_torque) / h
     scale = (1.0 + joint.friction_lag / h) * 500.0 + 1e-9 * size * joint.inertia * (joint.friction_lag + h) / h**2
     assert lagged == pytest.approx(static, abs=1e-9 * scale + 1e-6)
-    assert mirrored(step_elasto_plastic, joint, state, torque, h) == after
+    assert mirrored(plant.step_elasto_plastic, joint, state, torque, h) == after

@@ -1,19 +1,15 @@
 """What every command prints by default fits a terminal of 80 columns and 30 lines, paths apart."""
 
-from functools import partial
-
 import pytest
-from command_line import run_command_line
+from command_line import run_command_line, search_shortly
 from scenario_files import short, write_scenario
-from synthetic_logs import make_log
+from synthetic_logs import write_log
 
-from adaptive_ff.files import write_csv
 from adaptive_ff.report.matrix_files import matrix_tables
 from adaptive_ff.report.tables import gains_table, ranking_table
 from adaptive_ff.scenario.library import scenario_names
 from adaptive_ff.scenario.loop import tried_bandwidths
-from adaptive_ff.studies import bandwidth_study, exciting_motion
-from adaptive_ff.studies.exciting_motion import find_excitations, polished
+from adaptive_ff.studies import bandwidth_study
 from adaptive_ff.studies.matrix import Job, collect
 
 WIDTH, HEIGHT = 80, 30
@@ -23,15 +19,7 @@ pytestmark = pytest.mark.usefixtures("compiled")
 
 @pytest.fixture(scope="module")
 def log(tmp_path_factory):
-    path, made = tmp_path_factory.mktemp("sizes") / "log.csv", make_log(duration=20.0, period=0.005, noise=0.1)
-    write_csv(path, {"time": made.time, "position": made.position, "torque": made.torque})
-    return path
-
-
-def search_shortly(patch):
-    patch.setattr(exciting_motion, "find_excitations", partial(find_excitations, starts=1, rounds=1))
-    patch.setattr(exciting_motion, "polished", partial(polished, trials=3))
-    patch.setattr(bandwidth_study, "tried_bandwidths", lambda scenario: tried_bandwidths(scenario)[-2:])
+    return write_log(tmp_path_factory.mktemp("sizes") / "log.csv", duration=20.0, period=0.005, noise=0.1)
 
 
 def check(text, height=HEIGHT):
@@ -65,6 +53,7 @@ def check(text, height=HEIGHT):
 def test_output_fits_a_terminal(command, log, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     search_shortly(monkeypatch)
+    monkeypatch.setattr(bandwidth_study, "tried_bandwidths", lambda scenario: tried_bandwidths(scenario)[-2:])
     places = {"LOG": log, "SCENARIO": write_scenario(tmp_path, {**short(), "duration": 2.0})}
     outcome = run_command_line(*(places.get(word, word) for word in command), columns=WIDTH)
     assert outcome.status == 0, outcome.err

@@ -1,18 +1,16 @@
 """Commissioning: from a simulated recording, or a log of a real joint, to a scenario with a bandwidth that suits."""
 
-import functools
 import json
 
 import numpy as np
 import pytest
-from command_line import refusal, run_command_line
+from command_line import refusal, run_command_line, search_shortly
 from scenario_files import built_in, write_scenario
 
 from adaptive_ff import InputError, load_scenario, simulate
 from adaptive_ff.files import write_csv
 from adaptive_ff.identify import identification
-from adaptive_ff.studies import exciting_motion, motion
-from adaptive_ff.studies.exciting_motion import find_excitations, polished
+from adaptive_ff.studies import motion
 
 
 @pytest.fixture(scope="module")
@@ -22,8 +20,7 @@ def commissioned(tmp_path_factory):
     content = {**built_in(), "duration": 6.0, "sampling": {"period": 0.002}, "sensor": {"velocity_noise": 5e-4}}
     scenario = write_scenario(folder, content)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(exciting_motion, "find_excitations", functools.partial(find_excitations, starts=1, rounds=1))
-        patch.setattr(exciting_motion, "polished", functools.partial(polished, trials=3))
+        search_shortly(patch)
         patch.setattr(motion, "ITERATIONS", 10)
         outcome = run_command_line("commission", scenario, "--period", 5, "--out", folder / "out", "--report")
     return folder / "out", outcome, scenario

@@ -8,7 +8,7 @@ import tomllib
 
 import numpy as np
 import pytest
-from command_line import run_command_line
+from command_line import run_command_line, search_shortly
 from scenario_files import refused
 
 from adaptive_ff import InputError, load_scenario
@@ -73,12 +73,6 @@ def test_information_of_a_motion_that_never_slides_is_none():
     assert np.min(interval_sizes(information(JOINT, still, 0.01))) > 1e3 * np.min(
         interval_sizes(information(JOINT, np.sin(0.1 * np.arange(630))[None, :], 0.01))
     )
-
-
-def search_shortly(patch):
-    """Search from one start, with one round and a few trials near the best."""
-    patch.setattr(glue, "find_excitations", functools.partial(glue.find_excitations, starts=1, rounds=1))
-    patch.setattr(glue, "polished", functools.partial(glue.polished, trials=3))
 
 
 def test_best_candidate_in_simulation_is_taken_and_its_sizes_told(monkeypatch):

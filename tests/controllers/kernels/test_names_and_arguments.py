@@ -67,26 +67,6 @@ def test_powers_have_the_bits_that_python_gives(tmp_path, monkeypatch):
     assert kernel(-math.inf) == kernel.py_func(-math.inf)
 
 
-@pytest.mark.parametrize(
-    "line",
-    [
-        "row[0] += bump(row)",
-        "x = bump(row) + row[0]",
-        "x = row[1] * bump(row)",
-        "table[place(row), 0] += 1.0 + row[0]",
-        "x = max(bump(row), bump(row))",
-    ],
-)
-def test_what_changes_arrays_in_the_midst_of_an_expression_is_refused(line, tmp_path, monkeypatch):
-    text = (
-        "def bump(row):\n    row[0] += 1.0\n    return row[0]\n\n"
-        "def place(row):\n    row[0] *= 10.0\n    return 1\n\n"
-        f"def kernel(table, row):\n    {line}\n"
-    )
-    with pytest.raises(NotTranslatable, match="changes arrays in place; give its result a name in a line before"):
-        from_text(text, tmp_path, monkeypatch)(np.zeros((2, 2)), np.ones(2))
-
-
 def test_another_range_is_no_range(tmp_path, monkeypatch):
     text = "def range(n):\n    return (7,)\n\ndef kernel(n):\n    for i in range(n):\n        n += i\n    return n\n"
     with pytest.raises(NotTranslatable, match="write for i in range"):

@@ -43,6 +43,14 @@ def doubled(f):
 def decorated(x):
     return x
 
+def bump(t):
+    t[0, 0] += 1.0
+    return t[0, 0]
+
+def place(t):
+    t[0, 0] *= 10.0
+    return 1
+
 class Pair(NamedTuple):
     a: float
     b: float
@@ -124,7 +132,7 @@ def kernel_of(lines, tmp_path, monkeypatch, head="def kernel(x, n, t):"):
         ("return all_of(x)", 0, "one by one, without *"),
         ("return (x, x)[2]", 0, "(x, x)[2] is outside of its 2 elements"),
         ("return (x, x)[-3]", 0, "is outside of its 2 elements"),
-        ("return decorated(x)", -24, "decorated: a decorator has put another function around it"),
+        ("return decorated(x)", -32, "decorated: a decorator has put another function around it"),
         ("return LIST(x)", 0, "LIST is no function"),
         ("return LISTS(x)", 0, "LISTS is no function"),
         ("return abs()", 0, "must have 1 arguments"),
@@ -153,6 +161,11 @@ def kernel_of(lines, tmp_path, monkeypatch, head="def kernel(x, n, t):"):
         ("t[:] = 1.0", 0, "t[:] is a slice; write a loop over a range"),
         ("t[0] = 1.0", 0, "t[0] is no number of an array; give an index for each dimension"),
         ("p = (x, x)\np[0] = 1.0", 1, "p[0] cannot be assigned to; make a new tuple"),
+        ("t[0, 0] += bump(t)", 0, "changes arrays in place; give its result a name in a line before"),
+        ("x = bump(t) + t[0, 0]", 0, "changes arrays in place"),
+        ("x = t[0, 1] * bump(t)", 0, "changes arrays in place"),
+        ("t[place(t), 0] += 1.0 + t[0, 0]", 0, "changes arrays in place"),
+        ("x = max(bump(t), bump(t))", 0, "changes arrays in place"),
         ("return len(t)", 0, "len is not known; write .size or .shape of an array"),
         ("return round(x)", 0, "round is not known; write math.floor(x + 0.5)"),
         ("return math.hypot(x, x)", 0, "math.hypot has no translation; write math.sqrt(x * x + y * y)"),
