@@ -16,7 +16,6 @@ from plant import Actuator
 
 SCENARIO = load_scenario()
 
-
 SAMPLE = ("pi", "oracle", "adaptive", "adaptive_paper", "canudas", "disturbance_observer", "repetitive")
 """One of each way to work: feedback, model, both identifiers, bristle observer, disturbance observer, memory."""
 

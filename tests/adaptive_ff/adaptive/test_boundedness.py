@@ -56,8 +56,7 @@ def drive_torque(kind, command, rng):
     }[kind]
 
 
-def feed(controller, parts, seed, watch):
-    """Feed a controller; ``watch`` is called after each sample."""
+def feed(controller, parts, seed):
     rng, reference, torque = np.random.default_rng(seed), 0.0, 0.0
     for samples, target, velocity, driven, spread in parts:
         for following in np.linspace(reference, target, samples + 1)[1:]:
@@ -65,7 +64,6 @@ def feed(controller, parts, seed, watch):
             realised = drive_torque(driven, torque, rng)
             torque = controller.step(reference, measured, next_reference=following, realised_torque=realised)
             assert abs(torque) <= LIMIT
-            watch()
             reference = float(following)
 
 
@@ -89,7 +87,7 @@ def check_estimate(controller):
 def test_whatever_it_is_fed_estimates_stay_within_bounds_and_covariances_definite(parameters, period, parts, seed):
     given = {"period": period, "torque_limit": LIMIT}
     controller = adaptive(parameters, **given)
-    feed(controller, parts, seed, lambda: None)
+    feed(controller, parts, seed)
     check_estimate(controller)
     adaptive(parameters, **given).state_from_json(controller.state_to_json())
 

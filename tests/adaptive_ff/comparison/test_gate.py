@@ -5,6 +5,7 @@ import json
 import numpy as np
 import pytest
 from command_line import refusal, run_command_line
+from picture_figures import Proportional
 from scenario_files import refused, write_scenario
 from scipy import stats
 
@@ -136,14 +137,9 @@ def test_own_controller_is_guarded_by_default(comparison, baseline):
         regressions(comparison, content)
 
 
-class Half:
-    def step(self, reference, velocity):
-        return 100.0 * (reference - velocity)
-
-
 def test_own_controller_that_the_baseline_does_not_have_is_named_unless_others_are_chosen(baseline):
     content = read_baseline(baseline)
-    found = compare(SHORT, own={"mine": Half})
+    found = compare(SHORT, own={"mine": Proportional})
     assert regressions(found, content) == ["mine: is not in the baseline, so nothing guards it"]
     assert regressions(found, content, controllers=["pi"]) == []
 

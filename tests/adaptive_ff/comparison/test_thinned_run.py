@@ -4,6 +4,7 @@ import importlib
 
 import numpy as np
 import pytest
+from picture_figures import Proportional
 
 from adaptive_ff import compare, load_scenario, simulate
 
@@ -38,10 +39,6 @@ def test_kept_samples_and_figures_are_those_of_the_whole_run(name, controller):
 
 
 def test_own_controller_is_thinned_too():
-    class Proportional:
-        def step(self, reference, velocity, **_):
-            return 1000.0 * (reference - velocity)
-
     asked = scenario("built-in").modified(duration=1.0)
     runs = [compare(asked, own={"mine": Proportional}, thin=thin).runs["mine"] for thin in (1, 10)]
     assert runs[1].figures() == pytest.approx(runs[0].figures(), rel=1e-13)

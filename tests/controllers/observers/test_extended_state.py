@@ -10,17 +10,11 @@ BANDWIDTH = 8.0
 KEPT = math.exp(-2.0 * math.pi * BANDWIDTH * PERIOD)
 
 
-def observer_matrices():
+def test_both_poles_are_where_gao_and_miklosovic_put_them():
     """Error dynamics ``(I - L c) F`` of a current observer of velocity and disturbance."""
     transition = np.array([[1.0, -PERIOD / INERTIA], [0.0, 1.0]])
     velocity_gain, disturbance_gain = double_pole_gains(INERTIA, 2.0 * math.pi * BANDWIDTH, PERIOD)
-    gain = np.array([[velocity_gain], [-disturbance_gain]])
-    return transition, gain
-
-
-def test_both_poles_are_where_gao_and_miklosovic_put_them():
-    transition, gain = observer_matrices()
-    polynomial = np.poly((np.eye(2) - gain @ np.array([[1.0, 0.0]])) @ transition)
+    polynomial = np.poly((np.eye(2) - [[velocity_gain, 0.0], [-disturbance_gain, 0.0]]) @ transition)
     assert polynomial == pytest.approx([1.0, -2.0 * KEPT, KEPT**2], rel=1e-12)
 
 
