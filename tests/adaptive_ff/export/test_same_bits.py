@@ -162,6 +162,14 @@ def test_a_restart_in_c_is_that_of_python(name):
     assert runner.state_to_json() == controller.state_to_json()
 
 
+def test_the_controller_that_it_was_made_from_stays_as_it_is():
+    controller = adaptive()
+    untouched = controller.state_to_json()
+    runner = run_in_c(controller)
+    steps_in_c(runner, inputs(controller, 50))
+    assert controller.state_to_json() == untouched
+
+
 def test_without_a_compiler_it_says_so(monkeypatch):
     monkeypatch.setenv("CC", "no-such-compiler")
     with pytest.raises(InputError, match="C compiler"):
