@@ -6,7 +6,7 @@ from unittest.mock import patch
 
 import pytest
 from command_line import content_of, refusal, run_command_line
-from scenario_files import changed, short, write_scenario
+from scenario_files import short, write_scenario
 from synthetic_logs import make_log
 
 import controllers
@@ -112,18 +112,6 @@ def test_own_controller_that_returns_no_torque(tmp_path, monkeypatch, scenario, 
     (tmp_path / f"mine_{len(returned)}.py").write_text("\n".join(lines), encoding="utf-8")
     line = refused("compare", scenario, "--own", f"mine_{len(returned)}.py:Mine", "--out", "new")
     assert line == f"the own controller Mine returned a torque of {shown}; it must be a finite number"
-
-
-@pytest.mark.parametrize(
-    ("field", "value", "complaint"),
-    [
-        ("joint.inertia", -1.0, "joint.inertia = -1.0 is not allowed: it must be positive"),
-        ("joint.stiction", 1.0, "joint: stiction = 1 N m is less than coulomb = 60 N m"),
-    ],
-)
-def test_field_of_the_scenario(tmp_path, refused, field, value, complaint):
-    write_scenario(tmp_path, changed(short(), field, value))
-    assert refused("compare", "scenario.toml", "--out", "new").startswith(f"scenario.toml: {complaint}")
 
 
 def test_gains_that_the_controller_cannot_work_with(tmp_path, refused):

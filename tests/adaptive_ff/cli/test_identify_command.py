@@ -23,6 +23,14 @@ def found_in(folder):
     return json.loads((folder / "identification.json").read_text(encoding="utf-8"))
 
 
+def identified(log, *options):
+    """Identify a log into the folder ``out`` beside it; return how the command ended, and what was found."""
+    out = log.parent / "out"
+    outcome = run_command_line("identify", log, *options, "--out", out)
+    assert outcome.status == 0, outcome
+    return outcome, found_in(out)
+
+
 @pytest.fixture(scope="module")
 def result(tmp_path_factory):
     folder = tmp_path_factory.mktemp("identify")
@@ -97,9 +105,7 @@ def test_scenario_is_one_that_compare_takes(result, tmp_path):
 def test_other_log_is_validated_on_and_nothing_is_held_out(tmp_path, without_pictures):
     log = write_log(tmp_path / "log.csv", period=0.005)
     other = write_log(tmp_path / "other.csv", period=0.005, viscous=6.0, seed=102)
-    outcome = run_command_line("identify", log, "--validate", other, "--out", tmp_path / "out")
-    assert outcome.status == 0
-    found = found_in(tmp_path / "out")
+    outcome, found = identified(log, "--validate", other)
     assert found["validation"]["on"] == str(other)
     assert found["validation"]["left"] > 10.0 * found["left"]
     assert f"of the torque of {other} are left" in " ".join(outcome.out.split())
@@ -109,10 +115,9 @@ def test_units_are_given_by_factors_and_linear_axes_have_their_own(tmp_path, wit
     log = make_log(noise=0.05, period=0.005)
     columns = {"ms": 1e3 * log.time, "deg": np.degrees(log.position), "volt": -log.torque / 48.0}
     write_csv(tmp_path / "log.csv", columns)
-    options = ["--time", "ms", "--position", "deg", "--torque", "volt", "--linear", "--out", tmp_path / "out"]
+    options = ["--time", "ms", "--position", "deg", "--torque", "volt", "--linear"]
     scales = ["--scale", "ms=1e-3", "--scale", "deg=pi/180", "--scale", "volt=-48"]
-    assert run_command_line("identify", tmp_path / "log.csv", *options, *scales).status == 0
-    found = found_in(tmp_path / "out")
+    _, found = identified(tmp_path / "log.csv", *options, *scales)
     assert found["inertia"]["value"] == pytest.approx(2.0, rel=0.01)
     assert (found["inertia"]["unit"], found["viscous"]["unit"]) == ("kg", "N s/m")
     assert load_scenario(tmp_path / "out" / "scenario.toml").joint.axis == "linear"
@@ -123,29 +128,25 @@ def test_current_is_found_by_its_name_and_keeps_its_units_where_the_motion_is_sc
     write_csv(path, {"time": log.time, "q": np.degrees(log.position), "current": log.torque})
     said = "has A and A s²/m where it says N and kg; for these give --torque-constant, in N/A"
     for linear, warning, unit in (((), CURRENT, "A s²/rad"), (("--linear",), said, "A s²/m")):
-        outcome = run_command_line("identify", path, "--scale", "q=pi/180", *linear, "--out", tmp_path / "out")
-        assert outcome.status == 0
+        outcome, found = identified(path, "--scale", "q=pi/180", *linear)
         assert [line.endswith(warning) for line in outcome.warnings] == [True]
         scenario = (tmp_path / "out" / "scenario.toml").read_text(encoding="utf-8")
         assert "# The torque of the log is a current: read A where units say N m (N), or give" in scenario
-        found = found_in(tmp_path / "out")
         assert found["inertia"]["value"] == pytest.approx(2.0, rel=0.01)
         assert found["inertia"]["unit"] == unit
 
 
 def test_units_that_columns_say_are_pointed_out_and_milliamperes_become_amperes(tmp_path, without_pictures):
-    log, path = make_log(noise=0.05), tmp_path / "log.csv"
+    log, path = make_log(noise=0.05, period=0.005), tmp_path / "log.csv"
     write_csv(path, {"t": log.time, "lage": np.degrees(log.position), "strom": 1e3 * log.torque})
     header, rows = path.read_text(encoding="utf-8").split("\n", 1)
     path.write_text(f"{header}\n[s],[deg],[mA]\n{rows}", encoding="utf-8")
-    columns = ["--position", "lage", "--torque", "strom", "--out", tmp_path / "out"]
-    outcome = run_command_line("identify", path, *columns)
-    said = " ".join(outcome.err.split())
+    columns = ["--position", "lage", "--torque", "strom"]
+    said = " ".join(identified(path, *columns)[0].err.split())
     assert "the column lage seems to be in degrees, but is taken as radians: give --scale lage=pi/180" in said
     assert "the column strom seems to be in mA, but is taken as A: give --scale strom=1e-3" in said
-    outcome = run_command_line("identify", path, *columns, "--scale", "lage=pi/180", "--scale", "strom=1e-3")
+    outcome, found = identified(path, *columns, "--scale", "lage=pi/180", "--scale", "strom=1e-3")
     assert outcome.warnings == [CURRENT]
-    found = found_in(tmp_path / "out")
     assert found["inertia"]["value"] == pytest.approx(2.0, rel=0.01)
     assert found["inertia"]["unit"] == "A s²/rad"
 
@@ -153,23 +154,21 @@ def test_units_that_columns_say_are_pointed_out_and_milliamperes_become_amperes(
 def test_millimetres_of_an_axis_that_is_taken_as_rotary_are_pointed_out(tmp_path, without_pictures):
     log = make_log(noise=0.05, period=0.005)
     write_csv(tmp_path / "log.csv", {"time": log.time, "z_mm": log.position, "force [N]": log.torque})
-    options = ["--position", "z_mm", "--torque", "force [N]", "--out", tmp_path / "out"]
-    said = " ".join(run_command_line("identify", tmp_path / "log.csv", *options).err.split())
+    options = ["--position", "z_mm", "--torque", "force [N]"]
+    said = " ".join(identified(tmp_path / "log.csv", *options)[0].err.split())
     for column, unit in (("z_mm", "millimetres"), ("force [N]", "N")):
         assert f"the column {column} seems to be in {unit}, but the axis is taken as rotary; --linear, or" in said
-    said = " ".join(run_command_line("identify", tmp_path / "log.csv", *options, "--linear").err.split())
+    said = " ".join(identified(tmp_path / "log.csv", *options, "--linear")[0].err.split())
     assert "give --scale z_mm=1e-3" in said
     assert "taken as linear" not in said
 
 
 @pytest.mark.parametrize("factor", ["-1", "-1e-3"])
 def test_current_with_the_other_sign_stays_one(tmp_path, without_pictures, factor):
-    log, scale = make_log(noise=0.05), float(factor)
+    log, scale = make_log(noise=0.05, period=0.005), float(factor)
     name = "current" if scale == -1.0 else "current_mA"
     write_csv(tmp_path / "log.csv", {"time": log.time, "q": log.position, name: log.torque / scale})
-    options = ["--torque", name, "--scale", f"{name}={factor}", "--out", tmp_path / "out"]
-    assert run_command_line("identify", tmp_path / "log.csv", *options).status == 0
-    found = found_in(tmp_path / "out")
+    _, found = identified(tmp_path / "log.csv", "--torque", name, "--scale", f"{name}={factor}")
     assert found["inertia"]["unit"] == "A s²/rad"
 
 
@@ -189,15 +188,13 @@ def test_file_that_cannot_be_read_is_named_though_all_columns_are_given(tmp_path
 def test_period_serves_instead_of_a_time_and_tables_are_picked_from(tmp_path, without_pictures):
     log = make_log(noise=0.05, period=0.005)
     np.savez(tmp_path / "log.npz", all=np.column_stack([log.position, log.torque]))
-    columns = ["--period", "0.005", "--position", "all[0]", "--torque", "all[1]"]
-    outcome = run_command_line("identify", tmp_path / "log.npz", *columns, "--out", tmp_path / "out")
-    assert outcome.status == 0, outcome
+    identified(tmp_path / "log.npz", "--period", "0.005", "--position", "all[0]", "--torque", "all[1]")
 
 
 def test_log_whose_clock_begins_anew_is_cut_there_and_nothing_of_it_is_called_skipped(tmp_path, without_pictures):
     log = make_log(noise=0.05, period=0.005)
     np.savez(tmp_path / "log.npz", t=np.where(log.time < 15.0, log.time, log.time - 15.0), q=log.position, u=log.torque)
-    outcome = run_command_line("identify", tmp_path / "log.npz", "--out", tmp_path / "out")
+    outcome, _ = identified(tmp_path / "log.npz")
     assert outcome.warnings == ["warning: cut before sample 3000: the clock jumps back, from 14.995 s to 0 s"]
 
 
@@ -210,10 +207,8 @@ def test_skipped_stretches_are_said_and_listed(tmp_path, without_pictures):
     log = make_log(noise=0.05, period=0.005)
     log.torque[2000:2200] = np.nan
     np.savez(tmp_path / "log.npz", t=log.time, q=log.position, u=log.torque)
-    outcome = run_command_line("identify", tmp_path / "log.npz", "--out", tmp_path / "out")
-    assert outcome.status == 0
+    outcome, found = identified(tmp_path / "log.npz")
     assert outcome.warnings == ["warning: skipped: samples 2000 to 2199: values that are no finite numbers"]
-    found = found_in(tmp_path / "out")
     assert found["skipped"] == [{"start": 2000, "stop": 2200, "reason": "values that are no finite numbers"}]
 
 
@@ -223,9 +218,7 @@ def test_joint_that_moves_one_way_gets_no_scenario(tmp_path):
     torque = 2.0 * np.gradient(velocity, time) + 3.0 + 4.0 * velocity
     torque += 0.1 * np.random.default_rng(103).standard_normal(time.size)
     write_csv(tmp_path / "log.csv", {"time": time, "velocity": velocity, "torque": torque})
-    outcome = run_command_line("identify", tmp_path / "log.csv", "--out", tmp_path / "out")
-    assert outcome.status == 0, outcome
-    found = found_in(tmp_path / "out")
+    outcome, found = identified(tmp_path / "log.csv")
     assert found["unidentified"] == {"coulomb": "one_way"}
     assert found["viscous"]["lower"] < 4.0 < found["viscous"]["upper"]
     assert set(content_of(tmp_path / "out")) == FILES - {"scenario.toml", "reference.csv"}
@@ -234,7 +227,7 @@ def test_joint_that_moves_one_way_gets_no_scenario(tmp_path):
     assert found["scenario"] is None
     earlier = tmp_path / "out" / "scenario.toml"
     earlier.write_text("# edited by hand\n", encoding="utf-8")
-    outcome = run_command_line("identify", tmp_path / "log.csv", "--out", tmp_path / "out")
+    outcome, _ = identified(tmp_path / "log.csv")
     said = f"so there is no scenario. The scenario.toml in {tmp_path / 'out'} is of an earlier log, not of this one"
     assert said in " ".join(outcome.out.split())
     assert earlier.read_text(encoding="utf-8") == "# edited by hand\n"
@@ -242,8 +235,7 @@ def test_joint_that_moves_one_way_gets_no_scenario(tmp_path):
 
 def test_simulators_are_written_and_details_printed(tmp_path):
     log = write_log(tmp_path / "log.csv", period=0.005)
-    options = ["--write", "mjcf,urdf", "--details", "--out", tmp_path / "out"]
-    outcome = run_command_line("identify", log, *options)
+    outcome, _ = identified(log, "--write", "mjcf,urdf", "--details")
     assert set(content_of(tmp_path / "out")) == FILES | {"joint.xml", "joint.urdf"}
     assert "behind one zero-phase low-pass" in outcome.out
     assert 'frictionloss="' in (tmp_path / "out" / "joint.xml").read_text(encoding="utf-8")
@@ -253,22 +245,20 @@ def test_voltage_becomes_a_torque_and_its_back_emf_is_said(tmp_path, without_pic
     log = make_log(noise=0.05, period=0.005)
     write_csv(tmp_path / "log.csv", {"time": log.time, "position": log.position, "duty": log.torque * 2.0 / 0.5 / 24.0})
     motor = ["--voltage", "duty", "--scale", "duty=24", "--resistance", "2", "--torque-constant", "0.5"]
-    outcome = run_command_line("identify", tmp_path / "log.csv", *motor, "--out", tmp_path / "out")
+    outcome, found = identified(tmp_path / "log.csv", *motor)
     assert outcome.warnings == ["warning: the torque is that of a voltage: 0.125 N m s/rad of viscous are the back-EMF"]
-    found = found_in(tmp_path / "out")
     assert found["inertia"]["value"] == pytest.approx(2.0, rel=0.01)
     said = refusal("identify", tmp_path / "log.csv", "--voltage", "duty", "--out", tmp_path / "other")
     assert "--voltage takes --resistance, in ohm, positive, and --torque-constant" in said
 
 
 def test_pictures_and_reports_that_an_earlier_run_left_are_said(tmp_path):
-    log, out = make_log(noise=0.05), tmp_path / "out"
-    write_csv(tmp_path / "log.csv", {"time": log.time, "position": log.position, "torque": log.torque})
-    first = run_command_line("identify", tmp_path / "log.csv", "--out", out, "--report", "--format", "pdf")
+    log, out = write_log(tmp_path / "log.csv", period=0.005), tmp_path / "out"
+    first, _ = identified(log, "--report", "--format", "pdf")
     assert "Of an earlier run" not in first.out
     (out / "identified_map.png").write_bytes(b"of another log")
     (out / "friction.csv").write_text("of a user", encoding="utf-8")
-    second = run_command_line("identify", tmp_path / "log.csv", "--out", out)
+    second, _ = identified(log)
     left = "friction.pdf, identified_map.png, identified_torque.pdf, report.html"
     assert second.out.endswith(f"Of an earlier run, not of this one, in {out}: {left}\n")
 
@@ -325,8 +315,8 @@ def test_friction_over_a_turn_of_the_motor_is_told_and_drawn(tmp_path):
     friction = JOINT["coulomb"] * np.sign(motion(log.time)[1])
     torque = log.torque + 0.2 * np.sin(2.0 * np.pi * log.position / turn) * friction
     write_csv(tmp_path / "log.csv", {"time": log.time, "position": log.position, "torque": torque})
-    outcome = run_command_line("identify", tmp_path / "log.csv", "--gear-ratio", "15", "--out", tmp_path / "out")
-    assert (outcome.status, outcome.messages) == (0, []), outcome
+    outcome, _ = identified(tmp_path / "log.csv", "--gear-ratio", "15")
+    assert outcome.messages == []
     assert set(content_of(tmp_path / "out")) == FILES | {"identified_map.png"}
     assert "friction sine 1" in outcome.out
     scenario = load_scenario(tmp_path / "out" / "scenario.toml")

@@ -45,7 +45,7 @@ FRICTION = {
 @pytest.fixture(scope="module")
 def results(tmp_path_factory):
     """Returns the result of a command on a log of a joint with a known torque and what an option is for."""
-    folder, log = tmp_path_factory.mktemp("options"), make_log(duration=10.0, period=0.004, noise=0.05)
+    folder, log = tmp_path_factory.mktemp("options"), make_log(duration=6.0, period=0.004, noise=0.05)
     known = 40.0 * np.cos(2.0 * log.position)
 
     @cache

@@ -23,9 +23,8 @@ def test_bandwidths_end_at_the_fastest_that_the_margin_allows():
     assert found[-1] == pytest.approx(fastest_bandwidth(0.01), rel=1e-12)
     assert 1.0 <= found[0] < STEP
     assert np.diff(np.log(found)) == pytest.approx(np.log(STEP))
-    slow = load_scenario().modified(
-        sampling={"period": 0.2}, feedback={"bandwidth": 0.1}, reference={"frequencies": [0.01], "amplitudes": [1.0]}
-    )
+    wave = {"frequencies": [0.01], "amplitudes": [1.0]}
+    slow = load_scenario().modified(sampling={"period": 0.2}, feedback={"bandwidth": 0.1}, reference=wave)
     assert len(tried_bandwidths(slow)) == 5
 
 
@@ -36,9 +35,8 @@ def test_best_bandwidth_is_chosen_on_its_own_seeds(monkeypatch):
     def made_up(scenario, maker, setup=None):
         seen.add(scenario.seed)
         hertz = scenario.feedback.hertz
-        return own_bandwidth.Errors(
-            *(1.0 + abs(math.log(hertz / best)) if hertz < 12.0 else math.inf for best in (3.0, 6.0))
-        )
+        far = [abs(math.log(hertz / best)) if hertz < 12.0 else math.inf for best in (3.0, 6.0)]
+        return own_bandwidth.Errors(1.0 + far[0], 1.0 + far[1])
 
     monkeypatch.setattr(own_bandwidth, "errors_of", made_up)
     found = own_bandwidth.find_own_bandwidth(SHORT.modified(seed=7, duration=4.25), CONTROLLERS["pi"])
@@ -57,9 +55,8 @@ def test_error_at_a_bandwidth_is_that_of_a_run(position):
     scenario = SHORT if position is None else SHORT.modified(position=position)
     given = scenario.modified(feedback={"bandwidth": 4.0})
     expected = simulate(given, "pi").metrics.rms_error_settled
-    assert own_bandwidth.settled_error(own_bandwidth.with_bandwidth(scenario, 4.0), CONTROLLERS["pi"]) == pytest.approx(
-        expected, rel=1e-9
-    )
+    found = own_bandwidth.settled_error(own_bandwidth.with_bandwidth(scenario, 4.0), CONTROLLERS["pi"])
+    assert found == pytest.approx(expected, rel=1e-9)
     found = own_bandwidth.find_own_bandwidth(scenario, CONTROLLERS["pi"], seeds=(1,))
     run = simulate(own_bandwidth.loaded(scenario.modified(feedback={"bandwidth": found.bandwidths[2]})), "pi")
     assert run.scenario.change[0].time == 3.0

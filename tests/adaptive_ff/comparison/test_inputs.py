@@ -31,10 +31,8 @@ def torques(controller, correction):
     for k in range(SAMPLES):
         now, following = (0.3 * math.sin(6.0 * period * sample) for sample in (k, k + 1))
         velocity = now - 0.01 * math.cos(9.0 * period * k)
-        realised = 50.0 * math.sin(0.1 * k) if k else None
-        found.append(
-            controller.step(now, velocity, next_reference=following, correction=correction[k], realised_torque=realised)
-        )
+        given = {"realised_torque": 50.0 * math.sin(0.1 * k) if k else None, "correction": correction[k]}
+        found.append(controller.step(now, velocity, next_reference=following, **given))
     return np.array(found)
 
 

@@ -34,18 +34,16 @@ def test_what_is_no_scenario_is_refused_with_what_makes_one(call, given):
 
 
 def test_tables_in_the_place_of_a_file_are_refused():
-    with pytest.raises(
-        TypeError, match=r"path = \{'duration': 1.0\} is not allowed: it must be a path; parse_scenario"
-    ):
+    said = r"path = \{'duration': 1.0\} is not allowed: it must be a path; parse_scenario"
+    with pytest.raises(TypeError, match=said):
         load_scenario({"duration": 1.0})
 
 
-@pytest.mark.parametrize("place", [5, ["pi"], b"pictures"])
-def test_pictures_need_a_path(place, comparison):
-    with pytest.raises(TypeError, match=r"folder = .* is not allowed: it must be a path"):
-        comparison.plot(place)
-    with pytest.raises(TypeError, match=r"path = .* is not allowed: it must be a path"):
-        comparison.runs["pi"].plot(place)
+def test_pictures_need_a_path(comparison):
+    with pytest.raises(TypeError, match=r"folder = b'pictures' is not allowed: it must be a path"):
+        comparison.plot(b"pictures")
+    with pytest.raises(TypeError, match=r"path = 5 is not allowed: it must be a path"):
+        comparison.runs["pi"].plot(5)
 
 
 def test_places_that_take_no_pictures_are_refused(comparison, tmp_path):

@@ -1,6 +1,5 @@
 """A drive that is late: the plan of when a torque acts reaches every controller, in every way that one is stepped."""
 
-import itertools
 import math
 
 import numpy as np
@@ -62,16 +61,6 @@ def test_each_controller_is_given_the_plan_for_the_delay_that_it_reckons_with():
     assert np.array_equal(seen.acting[inside], setup.reference[later[inside]])
 
 
-def stepped(controller, setup, previewed):
-    """Torques of a controller along a setup, measured as planned; every tenth step is not given the plan ahead."""
-    found, plan = [], setup.reference[setup.samples].tolist()
-    for k, (acting, following) in enumerate(itertools.pairwise(setup.acting[:-1].tolist())):
-        known = previewed and k % 10 and math.isfinite(following)
-        ahead = {"acting_reference": acting, "next_acting_reference": following} if known else {}
-        found.append(controller.step(plan[k], 0.95 * plan[k], next_reference=plan[k + 1], **ahead))
-    return np.array(found)
-
-
 def test_a_group_hands_it_to_each_joint():
     alone, *both = (make("adaptive", STOPS) for _ in range(3))
     grouped = JointGroup(dict(zip(("one", "two"), both, strict=True)))
@@ -79,10 +68,8 @@ def test_a_group_hands_it_to_each_joint():
         plan = [0.1 * math.sin(0.1 * (k + ahead)) for ahead in (0, 1, 2, 3)]
         ahead = {"acting_reference": [plan[2], math.nan], "next_acting_reference": [plan[3], math.nan]}
         found = grouped.step([plan[0]] * 2, [plan[0]] * 2, next_reference=[plan[1]] * 2, **ahead)
-        expected = alone.step(
-            plan[0], plan[0], next_reference=plan[1], acting_reference=plan[2], next_acting_reference=plan[3]
-        )
-        assert found[0] == expected
+        known = {"next_reference": plan[1], "acting_reference": plan[2], "next_acting_reference": plan[3]}
+        assert found[0] == alone.step(plan[0], plan[0], **known)
     assert found[1] != found[0]
 
 

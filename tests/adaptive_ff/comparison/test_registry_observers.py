@@ -32,9 +32,8 @@ def reached(controller, scenario):
 @pytest.mark.parametrize("noise", [0.0, 0.0005, 0.005])
 @pytest.mark.parametrize("inertia", [16.0, 24.0])
 def test_maximum_sensitivity_stays_within_2(name, period, noise, inertia):
-    scenario = SCENARIO.modified(
-        sampling={"period": period}, sensor={"velocity_noise": noise}, feedback={"inertia": inertia}
-    )
+    loop = {"sampling": {"period": period}, "feedback": {"inertia": inertia}}
+    scenario = SCENARIO.modified(sensor={"velocity_noise": noise}, **loop)
     found = reached(CONTROLLERS[name](scenario), scenario)
     assert found.maximum_sensitivity <= 2.0 * (1.0 + 1e-6)
     if noise == 0.0:
@@ -49,6 +48,5 @@ def test_balance_is_the_bandwidth_of_the_kalman_filter_of_the_stated_walk():
     assumed = CONTROLLERS["kalman_disturbance"](FAST, multiple=1.0)
     expected = KalmanDisturbance.gains(20.0, 0.001, 0.002, proportional * vs)
     assert assumed.parameters[2:4] == pytest.approx(expected, rel=1e-9)
-    assert CONTROLLERS["disturbance_observer"](FAST, multiple=1.0).parameters.pole == pytest.approx(
-        2.0 * math.pi * balance(FAST)
-    )
+    observing = CONTROLLERS["disturbance_observer"](FAST, multiple=1.0)
+    assert observing.parameters.pole == pytest.approx(2.0 * math.pi * balance(FAST))

@@ -56,9 +56,8 @@ def test_what_is_accepted_of_tampered_states_stays_finite(name):
 
 
 def adaptive(inertia, period=0.01, **others):
-    return AdaptiveController(
-        *pi_gains(inertia, 10.0), period=period, inertia=inertia, stribeck_velocity=0.05, **others
-    )
+    others = {"inertia": inertia, "stribeck_velocity": 0.05, **others}
+    return AdaptiveController(*pi_gains(others["inertia"], 10.0), period=period, **others)
 
 
 @pytest.mark.parametrize(

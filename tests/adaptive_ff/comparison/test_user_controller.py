@@ -281,10 +281,7 @@ def test_own_controllers_import_what_lies_beside_them_whatever_else_has_that_nam
     for gain in (100.0, 200.0):
         folder = tmp_path / f"gain_{gain:g}"
         folder.mkdir()
-        (folder / "the_gain.py").write_text(f"GAIN = {gain}\n")
-        (folder / "mine.py").write_text(
-            "from the_gain import GAIN\n\n\nclass Mine:\n    def step(self, reference, velocity, **_):\n"
-            "        return GAIN * (reference - velocity)\n"
-        )
+        (folder / "beside.py").write_text(f"GAIN = {gain}\n")
+        (folder / "mine.py").write_text(SOURCE)
         found.append(load_own(f"{folder / 'mine.py'}:Mine")().step(1.0, 0.0))
     assert found == [100.0, 200.0]

@@ -30,10 +30,8 @@ def learning(tmp_path_factory, request, compiled_quickly):
     return written(tmp_path_factory.mktemp("fmu"), adaptive(), request.param)
 
 
-@pytest.mark.parametrize("single", [False, True], ids=["double", "float"])
-def test_tools_find_no_problem(single, tmp_path):
-    file = written(tmp_path, made("pi"), single=single)
-    assert validate_fmu(str(file)) == []
+def test_tools_find_no_problem_in_single_precision(tmp_path):
+    assert validate_fmu(str(written(tmp_path, made("pi"), single=True))) == []
 
 
 def test_its_description_has_units_start_values_and_all_inputs(learning):

@@ -12,7 +12,7 @@ from controllers import PI
 PERIOD = 5e-5
 
 
-def learnt(controller, seconds=1.5, seed=1):
+def learnt(controller, seconds=1.0, seed=1):
     """Estimates after a run with a joint of 20 kg m^2 that slides."""
     draws = 0.002 * np.random.default_rng(seed).standard_normal(round(seconds / PERIOD))
     time = PERIOD * np.arange(draws.size + 1)

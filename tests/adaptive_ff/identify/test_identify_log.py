@@ -71,7 +71,7 @@ def test_both_halves_of_a_log_agree_within_their_intervals():
 
 
 def test_gravity_is_taken_where_it_takes_torque_and_not_on_a_linear_axis():
-    log, _ = sines_log(lambda q, w: 0.8 * np.sign(w) + 2.0 * np.sin(q + 0.3))
+    log, _ = sines_log(lambda q, w: 0.8 * np.sign(w) + 2.0 * np.sin(q + 0.3), rate=250)
     found = identify_log(log)
     assert found.gravity == pytest.approx((2.0, 0.3), rel=0.02)
     assert found.value("coulomb") == pytest.approx(0.8, rel=0.02)
@@ -89,7 +89,7 @@ def test_gravity_is_taken_where_it_takes_torque_and_not_on_a_linear_axis():
     ],
 )
 def test_refinement_is_taken_beside_the_textbook(further, taken, name, true):
-    found = identify_log(sines_log(further)[0])
+    found = identify_log(sines_log(further, rate=250)[0])
     assert taken in found.taken
     assert found.refined.values[name] == pytest.approx(true, rel=0.15)
     assert found.refined.left < 0.9 * found.textbook.left
@@ -98,7 +98,7 @@ def test_refinement_is_taken_beside_the_textbook(further, taken, name, true):
 
 
 def test_friction_lag_is_found_and_moves_the_inertia():
-    log, _ = sines_log(lambda q, w: 0.0 * w, seconds=40)
+    log, _ = sines_log(lambda q, w: 0.0 * w, seconds=20)
     velocity = np.gradient(log.position, log.time)
     decay = np.exp(-0.002 / 0.04)
     lagged, state = [], 0.0
@@ -138,17 +138,17 @@ def test_one_sine_does_not_tell_inertia_from_gravity():
 
 def test_friction_over_position_is_mapped_where_its_period_is_given():
     turn = 2.0 * np.pi / 15.0
-    log, _ = sines_log(lambda q, w: np.sign(w) * (0.8 + 0.3 * np.sin(2.0 * np.pi * q / turn)))
+    log, _ = sines_log(lambda q, w: np.sign(w) * (0.8 + 0.3 * np.sin(2.0 * np.pi * q / turn)), seconds=15)
     found = identify_log(log, position_periods=(turn,))
     assert "friction over position" in found.taken
     assert found.value("friction_sine_1") == pytest.approx(0.3, rel=0.05)
-    hats = identify_log(sines_log(lambda q, w: 0.8 * np.sign(w) + 0.4 * np.abs(q))[0], position_hats=5)
+    hats = identify_log(sines_log(lambda q, w: 0.8 * np.sign(w) + 0.4 * np.abs(q), rate=250)[0], position_hats=5)
     assert "force over position" in hats.taken
 
 
 @pytest.mark.parametrize("model", FAMILIES)
 def test_every_family_finds_the_joint_beside_a_force_over_position(model):
-    log, _ = sines_log(lambda q, w: 0.8 * np.sign(w) + 0.4 * np.abs(q), seconds=20)
+    log, _ = sines_log(lambda q, w: 0.8 * np.sign(w) + 0.4 * np.abs(q), seconds=20, rate=250)
     found = identify_log(log, model=model, position_hats=5)
     assert found.value("inertia") == pytest.approx(0.5, rel=0.1)
     assert found.value("coulomb") == pytest.approx(0.8, rel=0.1)

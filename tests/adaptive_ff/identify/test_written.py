@@ -187,12 +187,13 @@ def test_open_loop_has_friction_that_no_scenario_has(friction):
 
 
 def test_score_of_the_log_itself_is_said_to_say_nothing(heavy):
-    score = score_log(heavy[0], heavy[0])
+    log = heavy[0].part(slice(0, 5000))
+    score = score_log(log, log)
     assert any("its error says nothing about other motion" in caution for caution in score.cautions)
 
 
 def test_motion_of_the_scenario_is_that_of_the_log():
-    columns = reference_columns(identify_log(make_log()))
+    columns = reference_columns(identify_log(make_log(period=0.004)))
     inner = (columns["time"] > 1.0) & (columns["time"] < 29.0)
     assert columns["velocity"][inner] == pytest.approx(motion(columns["time"][inner])[1], abs=0.02)
 

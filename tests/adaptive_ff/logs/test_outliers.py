@@ -10,6 +10,7 @@ from adaptive_ff.logs.log import Log
 from adaptive_ff.replay.replay import replay_log
 
 TIME = 0.002 * np.arange(10000)
+ONE = "1 row left out: the {} is far off there, and back within 3 rows, first at 10"
 
 
 def glitched(log, **glitches):
@@ -23,16 +24,10 @@ def glitched(log, **glitches):
 @pytest.mark.parametrize(
     ("glitches", "said"),
     [
-        (
-            {"position": ([5000], 3.3)},
-            "1 row left out: the position is far off there, and back within 3 rows, first at 10",
-        ),
+        ({"position": ([5000], 3.3)}, ONE.format("position")),
         ({"position": ([5000, 5001, 5002], -3.3)}, "3 rows left out: the position is far off"),
         ({"position": ([1000, 1004, 9000], [0.5, 0.5, -0.5])}, "3 rows left out: the position is far off"),
-        (
-            {"torque": ([5000], 3276.7)},
-            "1 row left out: the torque is far off there, and back within 3 rows, first at 10",
-        ),
+        ({"torque": ([5000], 3276.7)}, ONE.format("torque")),
         ({"torque": ([2000, 2001, 8000], [900.0, -800.0, 900.0])}, "3 rows left out: the torque is far off"),
     ],
 )

@@ -114,7 +114,7 @@ def test_details_name_the_intervals(found):
 
 def test_map_is_drawn_where_there_is_one(tmp_path):
     turn = 2.0 * np.pi / 15.0
-    log, _ = sines_log(lambda q, w: np.sign(w) * (0.8 + 0.3 * np.sin(2.0 * np.pi * q / turn)))
+    log, _ = sines_log(lambda q, w: np.sign(w) * (0.8 + 0.3 * np.sin(2.0 * np.pi * q / turn)), seconds=15)
     found = identify_log(log, position_periods=(turn,))
     assert set(found.plot(tmp_path)) == set(PICTURES)
     assert len(map_table(found).rows) == 2

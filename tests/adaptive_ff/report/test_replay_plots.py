@@ -42,6 +42,6 @@ def test_estimates_are_drawn_with_their_units(replayed):
 
 @pytest.mark.parametrize(("is_linear", "unit"), [(False, "N m"), (True, "N")])
 def test_ripples_are_drawn_as_torques(is_linear, unit):
-    replayed = replay_log(make_log(noise=0.1), ripple_periods=(0.4,), linear=is_linear)
+    replayed = replay_log(make_log(noise=0.1, duration=10.0), ripple_periods=(0.4,), linear=is_linear)
     labels = [axes.get_ylabel() for axes in replayed.plot()["estimates"].axes]
     assert labels[-3:-1] == [f"ripple sin 1 ({unit})", f"ripple cos 1 ({unit})"]
