@@ -22,6 +22,8 @@ ROOT = Path(__file__).resolve().parent
 ZIG = "ziglang>=0.13"
 NEEDED = ("numpy", "scipy", "pydantic", "lazy-loader")
 """What the modules load that hold kernels, or make what these are called with."""
+LEAN = "-g0 -nostdlib" if sys.platform == "linux" and sys.maxsize > 2**32 else "-g0"
+"""Flags of zig, which spends half of its time on what kernels do not use: debug information, a run-time library."""
 
 
 def _compiler() -> tuple[str, ...] | None:
@@ -59,6 +61,8 @@ class Build(build_py):
             target = Path(self.build_lib).resolve() / "controllers" / "kernels"
             places = [str(target.parents[1]), *sys.path, str(ROOT)]  # where metadata is, which has the version
             environment = {**os.environ, "PYTHONPATH": os.pathsep.join(places)}
+            if _compiler() is None:
+                environment["ADAPTIVE_FF_CFLAGS"] = f"{LEAN} {os.environ.get('ADAPTIVE_FF_CFLAGS', '')}"
             command = [sys.executable, "-m", "adaptive_ff.cli.ahead", str(target)]
             subprocess.run(command, env=environment, cwd=self.build_lib, check=True)
 
