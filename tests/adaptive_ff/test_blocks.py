@@ -44,9 +44,8 @@ def test_interconnected_blocks_give_the_series_of_simulate(name):
     controller = make_controller(SCENARIO, name)
     before = controller.state_to_json()
     loop, start = closed_loop(controller, reference)
-    found = control.input_output_response(
-        loop, run.time, np.array([reference[:-1], reference[1:], SCENARIO.noise()]), start
-    )
+    signals = np.array([reference[:-1], reference[1:], SCENARIO.noise()])
+    found = control.input_output_response(loop, run.time, signals, start)
     velocity = run.velocity[SCENARIO.sample_steps[:-1]]
     assert np.max(np.abs(velocity)) > 0.1
     assert found.outputs[0] == pytest.approx(velocity, abs=1e-12, rel=0.0)
@@ -91,9 +90,8 @@ def test_evaluating_a_learning_block_twice_changes_nothing():
     assert torque == expected
     assert np.array_equal(first, state_vector(controller.state))
     estimates = block.outfcn(0.0, state, signals, {})[2:]
-    assert dict(zip([name.removeprefix("estimated_") for name in block.output_labels[2:]], estimates, strict=True)) == (
-        controller.estimates
-    )
+    names = [name.removeprefix("estimated_") for name in block.output_labels[2:]]
+    assert dict(zip(names, estimates, strict=True)) == controller.estimates
 
 
 @pytest.mark.parametrize("name", ["pi", "kalman_disturbance", "canudas", "repetitive", "adaptive_paper", "adaptive"])

@@ -95,13 +95,8 @@ def test_what_misses_its_target_is_said_of_rows_inside_the_contract():
 
 
 def test_numbers_are_shown_with_three_digits():
-    assert [shown(value) for value in (0.12345, 1234.5, 12.0, None, float("inf"))] == [
-        "0.123",
-        "1230",
-        "12",
-        "-",
-        "failed",
-    ]
+    numbers = (0.12345, 1234.5, 12.0, None, float("inf"))
+    assert [shown(value) for value in numbers] == ["0.123", "1230", "12", "-", "failed"]
 
 
 def test_stored_results_are_small():

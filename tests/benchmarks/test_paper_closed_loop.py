@@ -65,9 +65,8 @@ def test_the_true_joint_predicts_the_record_down_to_the_noise():
     noisy = records.drive(records.build_robot_setup(104, duration=60.0))
     free = noisy.velocity - records.predict(records.TRUE, noisy, one_step=False)
     assert rms(free) == pytest.approx(records.NOISE, rel=0.05)
-    assert (
-        rms(noisy.velocity - records.predict(records.TRUE, noisy, one_step=True)) > 1.2 * records.NOISE
-    )  # that of two samples
+    one_step = noisy.velocity - records.predict(records.TRUE, noisy, one_step=True)
+    assert rms(one_step) > 1.2 * records.NOISE  # that of two samples
 
 
 def test_the_posterior_error_is_the_prior_one_times_less_than_one(seen):
@@ -95,24 +94,20 @@ def test_the_prior_error_is_larger_and_the_posterior_smaller_than_that_of_the_of
 
 
 def test_the_offline_fit_is_spoilt_near_rest_and_not_by_the_sampling(seen):
-    deviations = [
-        closed_loop.physical_of(fit.values) / records.TRUTH_VALUES - 1.0
-        for fit in (seen.series.offline, seen.series.sliding)
-    ]
+    fits = seen.series.offline, seen.series.sliding
+    deviations = [closed_loop.physical_of(fit.values) / records.TRUTH_VALUES - 1.0 for fit in fits]
     assert deviations[0][0] > 5.0
     assert np.abs(deviations[1]) == pytest.approx(np.zeros(5), abs=1.5)
     assert np.all(np.abs(deviations[1][:4]) < 0.12)
-    even = fit_series(
-        records.drive(records.build_robot_setup(101, uniform=True)), records.FORGETTING, closed_loop.COVARIANCE
-    )
+    record = records.drive(records.build_robot_setup(101, uniform=True))
+    even = fit_series(record, records.FORGETTING, closed_loop.COVARIANCE)
     assert closed_loop.physical_of(even.offline.values)[0] > 5.0 * records.TRUE.inertia
 
 
 def test_the_torque_form_identifies_from_the_same_data(seen):
     assert np.all(np.abs(seen.form.estimates[-1][:4] / records.TRUTH_VALUES[:4] - 1.0) < 0.1)
-    assert closed_loop.settled_rms(seen.record, seen.form.errors["online"]) < 0.8 * closed_loop.settled_rms(
-        seen.record, seen.series.errors["offline"]
-    )
+    offline = closed_loop.settled_rms(seen.record, seen.series.errors["offline"])
+    assert closed_loop.settled_rms(seen.record, seen.form.errors["online"]) < 0.8 * offline
 
 
 def test_coefficients_with_a_short_memory_stand_for_no_joint(seen):
@@ -122,9 +117,8 @@ def test_coefficients_with_a_short_memory_stand_for_no_joint(seen):
     true = np.array(series_coefficients(records.TRUE, records.ROBOT_PERIOD))
     assert np.all(is_possible(physical_series(true[np.newaxis], records.ROBOT_PERIOD)))
     assert closed_loop.physical_of(true) == pytest.approx(records.TRUTH_VALUES)
-    assert not is_possible(
-        np.array([[np.nan] * 5, [20.0, 60.0, 90.0, -1.0, 0.02], [-20.0, 60.0, 90.0, 1.0, 0.02]])
-    ).any()
+    impossible = [[np.nan] * 5, [20.0, 60.0, 90.0, -1.0, 0.02], [-20.0, 60.0, 90.0, 1.0, 0.02]]
+    assert not is_possible(np.array(impossible)).any()
 
 
 def test_fed_forward_the_torque_form_helps_and_the_paper_does_harm(seen):
@@ -194,7 +188,6 @@ def test_the_study_draws_what_it_says(fits):
     errors = [abs(fit.stribeck_velocity / 0.05 - 1.0) for fit in fits]
     assert rows["these: median error of Vs, %"].value == pytest.approx(100.0 * np.median(errors))
     assert rows["these: median error of Vs, %"].met
-    held = np.mean(
-        [fit.estimates["stribeck_shape"].lower <= 1.0 <= fit.estimates["stribeck_shape"].upper for fit in fits]
-    )
+    shapes = [fit.estimates["stribeck_shape"] for fit in fits]
+    held = np.mean([shape.lower <= 1.0 <= shape.upper for shape in shapes])
     assert rows["these: 95 % intervals that hold delta, %"].value == pytest.approx(100.0 * held)

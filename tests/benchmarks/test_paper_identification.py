@@ -3,6 +3,7 @@ import math
 
 import numpy as np
 import pytest
+from drawn_joints import FRICTION
 
 from adaptive_ff.friction.model import ESTIMATED, TorqueModel
 from adaptive_ff.learning.batch import identify_series
@@ -52,10 +53,7 @@ def test_data_are_those_of_the_issue(data):
 
 
 def test_data_are_those_of_the_joint_under_the_held_torque(data):
-    model = JointModel(
-        inertia=20.0, coulomb=60.0, stiction=90.0, viscous=80.0, stribeck_velocity=0.05, friction_lag=0.02
-    )
-    joint = Joint(model)
+    joint = Joint(JointModel(inertia=20.0, **FRICTION, friction_lag=0.02))
     expected = [0.0, *(joint.step(torque, PERIOD) for torque in data.commanded[:300])]
     assert data.velocity[:301] == pytest.approx(expected, rel=1e-12, abs=1e-15)
     assert np.array_equal(data.acting[1:], data.commanded[:-1])
@@ -116,9 +114,8 @@ def test_free_run_of_the_series_follows_its_own_recursion(data, found):
         share = math.exp(-abs(last) / 0.05)
         terms = (last, -expected[-2], torque[k], -torque[k - 1], -np.sign(last) * (1 - share), -np.sign(last) * share)
         expected.append(float(np.dot(terms, coefficients)))
-    assert estimators.series_free_run(coefficients, data.velocity[:60], torque) == pytest.approx(
-        expected, rel=1e-9, abs=1e-12
-    )
+    free = estimators.series_free_run(coefficients, data.velocity[:60], torque)
+    assert free == pytest.approx(expected, rel=1e-9, abs=1e-12)
 
 
 def test_torque_form_predicts_far_better_than_the_series(data, found):
@@ -195,10 +192,8 @@ def test_every_form_winds_up_without_excitation():
 
 def test_fraction_of_the_error_on_reversals_grows_with_their_speed_its_size_does_not(found):
     coefficients = found[offline.SLIDING].regression.values
-    measured = [
-        reversal.measure(simulate_noise(SEED, duration=100.0, corner=corner), coefficients)
-        for corner in (0.5, 2.0, 8.0)
-    ]
+    records = (simulate_noise(SEED, duration=100.0, corner=corner) for corner in (0.5, 2.0, 8.0))
+    measured = [reversal.measure(record, coefficients) for record in records]
     for slower, faster in itertools.pairwise(measured):
         assert slower.speed < faster.speed
         assert slower.fractions["reversal"] < faster.fractions["reversal"]
@@ -219,9 +214,8 @@ def test_kinds_of_samples():
 def test_each_reading_of_the_coefficients_inverts_its_own_formulae(reading):
     for model, period in ((TRUE, 0.01), (TorqueModel(3.0, 5.0, 9.0, 2.0, 0.1, 0.05, 1.0), 0.022)):
         coefficients = np.array(misprints.coefficients_of(model, period, reading))
-        assert misprints.joint_of_reading(coefficients, period, reading) == pytest.approx(
-            {name: getattr(model, name) for name in ESTIMATED}, rel=1e-8
-        )
+        joint = {name: getattr(model, name) for name in ESTIMATED}
+        assert misprints.joint_of_reading(coefficients, period, reading) == pytest.approx(joint, rel=1e-8)
 
 
 def test_misprints_shift_inertia_viscous_friction_and_lag_as_the_notes_say():

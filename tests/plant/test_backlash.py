@@ -25,11 +25,6 @@ def model(**changes):
     return BacklashJoint(**{**FIELDS, **changes})
 
 
-UNEVEN = model(
-    link_damping=20.0, friction_lag=0.02, coulomb_backward=40.0, viscous_backward=90.0, offset=7.0, hysteresis=10.0
-).parameters
-
-
 def turned_back_and_forth(joint, twists, period=1e-3):
     """Torque of the gear along a twist that is forced upon it, as motor and link are too heavy to move."""
     joint, state, torques = joint._replace(**HELD), REST, []

@@ -51,9 +51,8 @@ def test_bristles_follow_their_equation_and_stop_at_the_level():
     assert torque == pytest.approx(-level * (1.0 - math.exp(-3e4 * 1e-3 / level)), rel=1e-12)
     controller.state = controller.state._replace(bristles=torque)
     for _ in range(100):
-        controller.state = controller.state._replace(
-            bristles=bend_in_place(controller.parameters, controller.state, -0.1, adhesion)
-        )
+        torque = bend_in_place(controller.parameters, controller.state, -0.1, adhesion)
+        controller.state = controller.state._replace(bristles=torque)
     assert controller.state.bristles == pytest.approx(-level, rel=1e-9)
     assert controller.state.slopes[COULOMB] == pytest.approx(adhesion - 1.0, rel=1e-6)
     assert controller.state.slopes[STICTION] == pytest.approx(-adhesion, rel=1e-6)

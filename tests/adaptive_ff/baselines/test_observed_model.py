@@ -9,7 +9,7 @@ from adaptive_ff.friction.model import TorqueModel
 from controllers import DisturbanceObserver
 
 SCENARIO = load_scenario().modified(duration=12.0)
-GAINS, PERIOD = SCENARIO.feedback.gains, SCENARIO.sampling.period
+PERIOD = SCENARIO.sampling.period
 NOTHING = TorqueModel(20.0, 0.0, 0.0, 0.0, 0.0, 0.05, 1.0)
 
 

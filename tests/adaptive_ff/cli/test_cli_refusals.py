@@ -37,9 +37,7 @@ def refused(tmp_path, monkeypatch):
 @pytest.mark.parametrize("known", [True, False])
 def test_unknown_controller(tmp_path, refused, out, known):
     path = write_scenario(tmp_path, {**short(), "controllers": ["pi", "pid"]})
-    with patch.object(
-        controllers, "is_cached", lambda _: known
-    ):  # where nothing is compiled yet, it still says one thing
+    with patch.object(controllers, "is_cached", lambda _: known):  # where nothing is compiled, it still says one thing
         line = refused("compare", path, "--out", out, "--json", "new/copy.json")
     assert line == f"{path}: controllers = 'pid' is not known; there are {', '.join(CONTROLLERS)}"
 
@@ -122,9 +120,8 @@ def test_gains_that_the_controller_cannot_work_with(tmp_path, refused):
 
 def test_simulation_that_does_not_stay_finite(tmp_path, refused):
     write_scenario(tmp_path, {**short(), "actuator": {}, "change": [{"time": 0.2, "load": 1e300}]})
-    assert refused("compare", "scenario.toml", "--out", "new").startswith(
-        "scenario.toml: the simulation fails: the run"
-    )
+    line = refused("compare", "scenario.toml", "--out", "new")
+    assert line.startswith("scenario.toml: the simulation fails: the run")
 
 
 @pytest.mark.parametrize("reference", ["gone.csv", ".", "scenario.toml", "out/pi.csv"])

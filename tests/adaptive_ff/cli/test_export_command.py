@@ -42,22 +42,16 @@ def test_it_starts_in_a_saved_state(tmp_path):
 
 
 def test_refusals_name_what_is_wrong_and_write_nothing(tmp_path):
-    other = tmp_path / "pi.json"
-    other.write_text(made("pi").state_to_json())
-    broken = tmp_path / "broken.json"
-    broken.write_text("{")
-    number = tmp_path / "number.json"
-    number.write_text("3")
-    file = tmp_path / "file"
-    file.write_text("")
-    out = ("--out", tmp_path / "out")
+    for name, text in {"pi": made("pi").state_to_json(), "broken": "{", "number": "3", "file": ""}.items():
+        (tmp_path / name).write_text(text)
+    out, file = ("--out", tmp_path / "out"), tmp_path / "file"
     cases = {
         ("--controller", "none"): "controllers = 'none' is not known; there are pi,",
         ("--fmu", "1.0"): "with_fmu = '1.0' is not allowed: it must be one of 2.0, 3.0",
         ("--prefix", "1st"): "prefix = '1st' is not allowed",
-        ("--state", other): "controller = 'PI' is not allowed: this is a 'AdaptiveController'",
-        ("--state", broken): "is no saved state",
-        ("--state", number): "must be a JSON object",
+        ("--state", tmp_path / "pi"): "controller = 'PI' is not allowed: this is a 'AdaptiveController'",
+        ("--state", tmp_path / "broken"): "is no saved state",
+        ("--state", tmp_path / "number"): "must be a JSON object",
         ("--state", tmp_path / "missing.json"): "cannot be read",
         (tmp_path / "missing.toml",): "missing.toml",
     }

@@ -122,13 +122,8 @@ def test_units_are_scaled_so_that_numbers_can_be_read(values, expected):
 
 
 def test_numbers_have_no_exponent_where_it_can_be_avoided():
-    assert [shown(value) for value in (0.01234, 12.34, 999.4, 40312.0, 1e9)] == [
-        "0.0123",
-        "12.3",
-        "999",
-        "40312",
-        "1e+09",
-    ]
+    numbers = (0.01234, 12.34, 999.4, 40312.0, 1e9)
+    assert [shown(value) for value in numbers] == ["0.0123", "12.3", "999", "40312", "1e+09"]
 
 
 COMMANDS = ("compare", "matrix", "sweep", "tune", "excite", "commission", "identify", "replay", "score")

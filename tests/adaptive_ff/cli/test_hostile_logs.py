@@ -31,9 +31,8 @@ def one_time(value):
 
 @pytest.mark.parametrize("value", [np.inf, -np.inf, 1e306])
 def test_a_replay_of_a_time_that_cannot_be_says_so_in_a_line(tmp_path, without_pictures, value):
-    outcome = run_command_line(
-        "replay", write_log(tmp_path / "log.csv", time=one_time(value)), *COLUMNS, "--out", tmp_path / "out"
-    )
+    log = write_log(tmp_path / "log.csv", time=one_time(value))
+    outcome = run_command_line("replay", log, *COLUMNS, "--out", tmp_path / "out")
     assert outcome.status in (0, 2)
     assert "Traceback" not in outcome.err
     assert outcome.status == 0 or len(outcome.messages) == 1, outcome.err

@@ -65,15 +65,10 @@ def test_saved_state_is_where_the_next_log_starts(result):
     assert (outcome.status, outcome.messages) == (0, []), outcome
     found = json.loads((folder / "next" / "replay.json").read_text(encoding="utf-8"))
     assert found["left"]["adaptive_saved"]["whole"] < found["left"]["adaptive"]["whole"]
-    other = refusal(
-        "replay", folder / "log.csv", *OPTIONS, "--state", state, "--identify", "gravity", "--out", folder / "x"
-    )
-    assert "identify and ripple_periods must be alike" in other
-    state.with_name("broken.json").write_text("{", encoding="utf-8")
-    broken = refusal(
-        "replay", folder / "log.csv", *OPTIONS, "--state", state.with_name("broken.json"), "--out", folder / "x"
-    )
-    assert "is no saved state of a replay" in broken
+    again, broken = ("replay", folder / "log.csv", *OPTIONS, "--out", folder / "x", "--state"), folder / "broken.json"
+    broken.write_text("{", encoding="utf-8")
+    assert "identify and ripple_periods must be alike" in refusal(*again, state, "--identify", "gravity")
+    assert "is no saved state of a replay" in refusal(*again, broken)
 
 
 def test_command_and_function_agree(result):

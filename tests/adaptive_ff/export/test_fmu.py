@@ -48,27 +48,25 @@ def test_its_description_has_units_start_values_and_all_inputs(learning):
     assert found["velocity"].start == "0"
 
 
+def simulated(file, **series):
+    """What an FMU gives every 10 ms of inputs by name."""
+    columns = {"time": 0.01 * np.arange(len(series["reference"])), **series}
+    kinds = [(name, np.bool_ if name.endswith("known") else np.float64) for name in columns]
+    signals = np.array(list(zip(*columns.values(), strict=True)), dtype=kinds)
+    steps = {"stop_time": float(columns["time"][-1]), "step_size": 0.01, "output_interval": 0.01}
+    return fmpy.simulate_fmu(str(file), input=signals, **steps)
+
+
 @runs_here
 def test_it_runs_as_in_python(learning):
-    controller, period = adaptive().run_uncompiled(), 0.01
-    time = period * np.arange(300)
-    reference = 0.2 * np.sin(3.0 * time)
-    velocity = np.roll(reference, 1) * 0.99
-    names = ["time", "reference", "velocity", "next_reference", "next_reference_known"]
-    columns = [time, reference, velocity, np.roll(reference, -1), np.ones(time.size, dtype=bool)]
-    signals = np.array(
-        list(zip(*columns, strict=True)),
-        dtype=[(name, np.bool_ if name.endswith("known") else np.float64) for name in names],
-    )
-    result = fmpy.simulate_fmu(
-        str(learning), stop_time=float(time[-1]), step_size=period, output_interval=period, input=signals
-    )
-    expected = [
-        controller.step(*row[:2], next_reference=row[2])
-        for row in zip(reference, velocity, np.roll(reference, -1), strict=True)
-    ]
+    controller, reference = adaptive().run_uncompiled(), 0.2 * np.sin(0.03 * np.arange(300))
+    velocity, following = np.roll(reference, 1) * 0.99, np.roll(reference, -1)
+    known = {"next_reference": following, "next_reference_known": np.ones(300, dtype=bool)}
+    result = simulated(learning, reference=reference, velocity=velocity, **known)
+    rows = zip(reference, velocity, following, strict=True)
+    expected = [controller.step(now, measured, next_reference=ahead) for now, measured, ahead in rows]
     torque = result["torque"][1:]  # what a communication step gives stands at its end
-    assert torque.size >= time.size - 2
+    assert torque.size >= 298
     assert np.ptp(torque) > 50.0
     # the tool's communication steps are differences of rounded times, not 0.01 s exactly
     assert np.allclose(torque, expected[: torque.size], rtol=1e-6, atol=1e-6 * np.ptp(torque))
@@ -82,16 +80,12 @@ def test_further_known_regressors_are_inputs_of_it(tmp_path):
 
     file = written(tmp_path, made_for_two())
     assert validate_fmu(str(file)) == []
-    controller, period = made_for_two().run_uncompiled(), 0.01
-    time = period * np.arange(200)
+    controller, time = made_for_two().run_uncompiled(), 0.01 * np.arange(200)
     reference = 0.2 * np.sin(3.0 * time)
-    columns = [time, reference, np.roll(reference, 1) * 0.95, np.sin(time), np.cos(2.0 * time)]
-    names = ["time", "reference", "velocity", "regressors[0]", "regressors[1]"]
-    signals = np.array(list(zip(*columns, strict=True)), dtype=[(name, np.float64) for name in names])
-    result = fmpy.simulate_fmu(
-        str(file), stop_time=float(time[-1]), step_size=period, output_interval=period, input=signals
-    )
-    rows = list(zip(*columns[1:], strict=True))
+    columns = {"reference": reference, "velocity": np.roll(reference, 1) * 0.95}
+    columns |= {"regressors[0]": np.sin(time), "regressors[1]": np.cos(2.0 * time)}
+    result = simulated(file, **columns)
+    rows = list(zip(*columns.values(), strict=True))
     expected = [controller.step(*row[:2], regressors=row[2:]) for row in rows]
     torque = result["torque"][1:]
     assert np.allclose(torque, expected[: torque.size], rtol=1e-6, atol=1e-6 * np.ptp(torque))

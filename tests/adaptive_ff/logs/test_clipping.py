@@ -22,9 +22,8 @@ def test_torque_that_is_cut_off_is_said_to_be(limits, shown):
     clipped = np.clip(TORQUE, *limits)
     share = 100.0 * np.mean(clipped != TORQUE)
     (said,) = clipped_torque(clipped)
-    assert said.startswith(
-        f"the torque is exactly {shown} in {share:.0f} % of the rows: if what records it cuts it off"
-    )
+    cut = f"the torque is exactly {shown} in {share:.0f} % of the rows: if what records it cuts it off"
+    assert said.startswith(cut)
 
 
 def test_identification_says_it():

@@ -136,10 +136,8 @@ def test_times_and_durations_are_read_as_seconds(tmp_path):
     parquet.write_table(pyarrow.table(columns), tmp_path / "log.parquet")
     np.savez(tmp_path / "log.npz", **columns)
     for name in ("log.parquet", "log.npz"):
-        read = {
-            time: read_log(tmp_path / name, time=time, position="q", torque="u").time
-            for time in ("moment", "elapsed", "missing")
-        }
+        stamps = ("moment", "elapsed", "missing")
+        read = {time: read_log(tmp_path / name, time=time, position="q", torque="u").time for time in stamps}
         assert read["moment"] == pytest.approx(TIME - TIME[0], abs=1e-9)
         assert read["elapsed"] == pytest.approx(TIME, abs=1e-9)
         assert np.isnan(read["missing"][2])
@@ -203,13 +201,10 @@ def test_arrays_that_are_not_wanted_are_not_read(tmp_path):
 
 def test_series_of_floats_is_not_copied_but_taken(tmp_path, monkeypatch):
     arrays = {"t": TIME.copy(), "q": POSITION.copy(), "u": TORQUE.copy()}
-    path = tmp_path / "log.npz"
+    path, loaded, archive = tmp_path / "log.npz", {}, np.lib.npyio.NpzFile
     np.savez(path, **arrays)
-    loaded = {}
-    original = np.lib.npyio.NpzFile.__getitem__
-    monkeypatch.setattr(
-        np.lib.npyio.NpzFile, "__getitem__", lambda file, key: loaded.setdefault(key, original(file, key))
-    )
+    original = archive.__getitem__
+    monkeypatch.setattr(archive, "__getitem__", lambda file, key: loaded.setdefault(key, original(file, key)))
     log = read_log(path, time="t", position="q", torque="u")
     for name, series in {"t": log.time, "q": log.position, "u": log.torque}.items():
         assert np.shares_memory(series, loaded[name])

@@ -16,9 +16,8 @@ def outcome(draw, adaptive, **own):
     def metrics(error):
         return Metrics(**{field.name: error for field in dataclasses.fields(Metrics)})
 
-    return Outcome(
-        draw, {name: metrics(error) for name, error in {"pi": 1.0, "adaptive": adaptive, **own}.items()}, fall=draw
-    )
+    errors = {"pi": 1.0, "adaptive": adaptive, **own}
+    return Outcome(draw, {name: metrics(error) for name, error in errors.items()}, fall=draw)
 
 
 def test_distributions_and_worst_cases_are_drawn():

@@ -20,13 +20,12 @@ def folder(tmp_path_factory):
 
     place = tmp_path_factory.mktemp("viewers")
     (place / "short.toml").write_text(to_toml(SCENARIO))
-    monkey = pytest.MonkeyPatch()
-    monkey.chdir(place)
     log = ["results/pi.csv", "--velocity", "measured", "--torque", "torque"]
-    for command in (["compare", "short.toml"], ["identify", *log], ["replay", *log]):
-        done = run_command_line(*command, "--mcap", f"{command[0]}.mcap")
-        assert done.status == 0, done.err
-    monkey.undo()
+    with pytest.MonkeyPatch.context() as monkey:
+        monkey.chdir(place)
+        for command in (["compare", "short.toml"], ["identify", *log], ["replay", *log]):
+            done = run_command_line(*command, "--mcap", f"{command[0]}.mcap")
+            assert done.status == 0, done.err
     return place
 
 
@@ -72,9 +71,8 @@ def test_values_are_those_of_the_run(folder):
     schema, times, messages = contents(folder / "compare.mcap")["/adaptive"]
     assert schema["properties"]["torque"]["properties"]["feedforward"] == {"type": "number", "description": "N m"}
     assert np.allclose(np.array(times) * 1e-9, run.time, atol=1e-9)
-    parts = np.array(
-        [[message["torque"][name] for name in ("feedforward", "feedback", "applied")] for message in messages]
-    )
+    names = ("feedforward", "feedback", "applied")
+    parts = np.array([[message["torque"][name] for name in names] for message in messages])
     assert np.array_equal(parts[:, 2], run.torque)
     assert np.allclose(parts[:, 0] + parts[:, 1], parts[:, 2])
     _, _, bounds = contents(folder / "compare.mcap")["/adaptive/bounds"]

@@ -56,9 +56,8 @@ def test_repeats_end_in_rest_and_a_distance_goes_forth_and_back():
 
 
 def test_a_single_position_is_reached_once():
-    velocity = PointToPoint(kind="point_to_point", positions=[0.2], dwell=0.0).velocity(
-        np.arange(0.0, 9.0, 1e-3), GENERATOR
-    )
+    reference = PointToPoint(kind="point_to_point", positions=[0.2], dwell=0.0)
+    velocity = reference.velocity(np.arange(0.0, 9.0, 1e-3), GENERATOR)
     assert np.sum(velocity) * 1e-3 == pytest.approx(0.2, rel=1e-3)
 
 

@@ -80,9 +80,8 @@ def test_phases_come_from_the_generator():
 def test_recorded_reference_that_is_too_fast_for_the_sampling_is_refused(tmp_path):
     time = grid(1.0)
     path = write(tmp_path, {"time": time, "velocity": np.sin(2.0 * math.pi * 50.0 * time)})  # zero at every sample
-    with pytest.raises(
-        InputError, match=r"^built-in scenario: reference: 0\.7\d* of 0\.7\d* rad/s \(rms\) lie between"
-    ):
+    said = r"^built-in scenario: reference: 0\.7\d* of 0\.7\d* rad/s \(rms\) lie between"
+    with pytest.raises(InputError, match=said):
         load_scenario(reference=path)
 
 

@@ -92,10 +92,8 @@ def tables():
     """Schemas of the alternatives at each place, by table and then by path."""
     found = {}
     for path, schema, kinds in places(SCHEMA):
-        table = (
-            ".".join(path[:1] if len(path) > 1 or schema.get("type") == "object" else ()),
-            dict(kinds).get(path[:1]),
-        )
+        is_inside = len(path) > 1 or schema.get("type") == "object"
+        table = ".".join(path[:1] if is_inside else ()), dict(kinds).get(path[:1])
         found.setdefault(table, {}).setdefault((".".join(path), kinds), []).append(schema)
     return found
 
@@ -191,12 +189,8 @@ def test_schema_of_each_list_has_the_length_of_what_it_holds():
     pairs += ["assumed_stribeck_velocity", "assumed_inertia"]
     lengths = {**dict.fromkeys(pairs, (2, 2)), **dict.fromkeys(("displacements", "shares"), (4, 4))}
     lengths |= dict.fromkeys(("ripple_periods", "position_periods"), (0, 7))
-    limited = {
-        path[-1]: (schema.get("minItems", 0), schema["maxItems"])
-        for path, schema, _ in places(SCHEMA)
-        if "maxItems" in schema
-    }
-    assert limited == lengths
+    limited = {path[-1]: schema for path, schema, _ in places(SCHEMA) if "maxItems" in schema}
+    assert {name: (one.get("minItems", 0), one["maxItems"]) for name, one in limited.items()} == lengths
 
 
 @pytest.mark.parametrize("table", tables(), ids=lambda table: ":".join(map(str, table)))
@@ -269,9 +263,8 @@ def test_unknown_key_is_refused_and_the_known_are_listed(key):
 
 @pytest.mark.parametrize("names", [["pi", "pi"], ["pi", "adaptive", "pi"]])
 def test_controller_that_is_named_twice_is_refused(names):
-    with pytest.raises(
-        InputError, match=rf"controllers = {re.escape(repr(names))} is not allowed: it must have every name"
-    ):
+    said = rf"controllers = {re.escape(repr(names))} is not allowed: it must have every name"
+    with pytest.raises(InputError, match=said):
         parse_scenario({**built_in(), "controllers": names}, "mine")
 
 

@@ -78,11 +78,9 @@ def test_noise_is_that_of_a_run_without_friction(sensor):
 
 def test_response_to_noise_sums_to_nothing_behind_an_encoder():
     assert noise_response(SHORT).tolist() == [1.0]
+    encoder = {"encoder_resolution": 1e-5, "velocity_noise": 0.0}
     for method in ("difference", "low_pass", "kalman"):
-        encoder = SHORT.modified(
-            sensor={"encoder_resolution": 1e-5, "velocity_noise": 0.0}, velocity={"method": method}
-        )
-        response = noise_response(encoder)
+        response = noise_response(SHORT.modified(sensor=encoder, velocity={"method": method}))
         assert response[0] > 0.0
         assert float(np.sum(response)) == pytest.approx(0.0, abs=1e-4 * response[0])
 
@@ -97,15 +95,11 @@ def test_tables_name_the_best(study):
     for place, (chosen, named) in enumerate(zip(tables[1].column("best of"), tables[1].column("front"), strict=True)):
         assert chosen == ", ".join(name for name, one in study.own.items() if one.place == place)
         assert named == ", ".join(name for name in study.own if (name, place) in front)
+    pairs = [pair for one in study.own.values() for pair in one.pairs]
     for name, one in study.own.items():
         for place, pair in enumerate(one.pairs):
-            better = [
-                other
-                for each in study.own.values()
-                for other in each.pairs
-                if other != pair and other.settled <= pair.settled and other.loaded <= pair.loaded
-            ]
-            assert ((name, place) in study.front()) == (not better)
+            better = [other for other in pairs if other.settled <= pair.settled and other.loaded <= pair.loaded]
+            assert ((name, place) in front) == all(other == pair for other in better)
     assert study.plot().axes[0].get_yscale() == "log"
     assert set(study.columns()) >= {"bandwidth", "maximum_sensitivity", "angle_lost", "error_pi", "loaded_error_pi"}
     json.dumps(study.to_dict(), allow_nan=False)

@@ -91,9 +91,8 @@ def test_figures_of_a_run_against_their_definitions():
         np.array([rms((one.reference - one.velocity)[a : a + 5000]) for a in range(0, 30_000, 5000)])
         for one in (run, base)
     )
-    assert figures["worst_window"] == pytest.approx(
-        np.max(own / np.maximum(theirs, 0.15 * np.median(theirs))), rel=1e-9
-    )
+    worst = np.max(own / np.maximum(theirs, 0.15 * np.median(theirs)))
+    assert figures["worst_window"] == pytest.approx(worst, rel=1e-9)
     assert figures["standstill"] is None
 
 
@@ -180,9 +179,8 @@ def test_tables_follow_the_groups():
     }
     found = {matrix.Job(name, 1, False): {"pi": {"rms_error_settled": 1.0}} for name in ("delay", "servo")}
     text = gains_table(matrix.collect(found), "").markdown()
-    assert (
-        text.index("**Where the model holds**") < text.index("| servo |") < text.index("**At the limits of the loop**")
-    )
+    first, servo, second = map(text.index, ("**Where the model holds**", "| servo |", "**At the limits of the loop**"))
+    assert first < servo < second
 
 
 def test_matrix_command_writes_tables_pictures_and_runs(tmp_path):
