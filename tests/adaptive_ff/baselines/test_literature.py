@@ -7,6 +7,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from adaptive_ff.baselines.feedback_learning import FIRST, LearntFeedforward
+from adaptive_ff.baselines.lee_tomizuka import zero_phase_torque
 from adaptive_ff.baselines.lugre_observer import bent
 
 GAINS = (1256.0, 15_000.0)
@@ -51,3 +52,40 @@ def test_bristles_follow_their_differential_equation():
     assert bent(-30.0, 80.0, 1e5, 0.03, 0.002, 0.01) == pytest.approx(exact, rel=1e-8)
     assert bent(-30.0, 80.0, 1e5, 0.0, 0.002, 0.01) == pytest.approx(-28.0, rel=1e-12)
     assert bent(-30.0, 80.0, 1e9, 0.03, 0.0, 0.01) == pytest.approx(80.0, rel=1e-12)
+
+
+PERIOD = 0.01
+
+
+@pytest.mark.parametrize("delay", [0, 1, 3])
+def test_inverse_is_that_of_tomizuka_for_a_plan_of_third_order(delay):
+    """``J/(2 T^2) (1 - z^-1)^2 (1 + z) q_ref(k+1+d)``, with nothing continued."""
+
+    def position(k):
+        time = PERIOD * k
+        return 0.3 + 0.2 * time - 0.5 * time**2 + 4.0 * time**3
+
+    def velocity(k):
+        time = PERIOD * k
+        return 0.2 - time + 12.0 * time**2
+
+    def seconds(k):
+        return sum(position(one) - 2.0 * position(one - 1) + position(one - 2) for one in (k + 1, k + 2))
+
+    k = 7
+    expected = 20.0 / (2.0 * PERIOD**2) * seconds(k + delay)
+    found = zero_phase_torque(20.0, velocity(k - 1), velocity(k), velocity(k + 1), PERIOD, float(delay))
+    assert found == pytest.approx(expected, rel=1e-9)
+    assert (seconds(k) == seconds(k + delay)) is (delay == 0)
+
+
+def test_inverse_times_the_joint_has_no_phase_at_low_frequency():
+    """Of the joint from held torque to position, behind a delay of two periods."""
+    delay, frequency = 2, 1.0
+    phase = 2.0 * math.pi * frequency * PERIOD
+    shift = np.exp(1j * phase)  # z
+    plan = {k: np.exp(1j * phase * k) for k in (-1, 0, 1)}
+    torque = zero_phase_torque(20.0, plan[-1], plan[0], plan[1], PERIOD, float(delay))
+    velocity = torque * PERIOD / 20.0 / (shift - 1.0) * shift**-delay
+    assert velocity == pytest.approx(1.0, abs=0.02)
+    assert abs(np.angle(velocity)) < 2e-3

@@ -60,8 +60,7 @@ def test_sweep_on_two_worker_processes_outlives_one_of_them_and_goes_on_where_it
 
 
 @pytest.mark.filterwarnings("ignore")
-@pytest.mark.parametrize("command", ["sweep", "matrix"])
-@pytest.mark.parametrize("address", ["nothing", "tcp://127.0.0.1:9"])
+@pytest.mark.parametrize(("command", "address"), [("sweep", "nothing"), ("matrix", "tcp://127.0.0.1:9")])
 def test_scheduler_that_does_not_answer_is_refused_in_one_line(distributed, command, address, tmp_path, monkeypatch):
     monkeypatch.setattr(cluster, "PATIENCE", 1)
     monkeypatch.setattr(distributed, "Client", pytest.fail)  # one that finds nobody may block the next one

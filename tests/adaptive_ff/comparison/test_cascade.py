@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from closed_loops import SCENARIO
 
-from adaptive_ff import InputError, compare, simulate
+from adaptive_ff import compare, simulate
 from adaptive_ff.simulation.metrics import rms
 from controllers import PI, PositionLoop
 from plant import Joint
@@ -67,13 +67,6 @@ def test_own_controller_without_a_correction_follows_plan_and_correction_as_one_
 
     short = CASCADE.modified(duration=2.0)
     assert simulate(short, Plain()).torque == pytest.approx(simulate(short, "pi").torque, rel=1e-9, abs=1e-9)
-
-
-@pytest.mark.parametrize("field", ["gain", "limit", "encoder_resolution"])
-@pytest.mark.parametrize("value", [0.0, -1.0, math.nan, "fast"])
-def test_bad_position_table_is_refused_by_name(field, value):
-    with pytest.raises(InputError, match=rf"position\.{field} = {value!r} is not allowed: it must be"):
-        CASCADE.modified(position={field: value})
 
 
 def test_gain_limit_and_resolution_come_from_the_table():

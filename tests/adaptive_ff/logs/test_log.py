@@ -37,9 +37,10 @@ def write_matlab_73(path, **arrays):
         stream.write(header)
 
 
-def write_hdf5(path):
+def write_hdf5(path, **arrays):
     with h5py.File(path, "w") as file:
-        file["t"], file["q"], file["u"] = TIME, POSITION, TORQUE
+        for name, array in arrays.items():
+            file[name] = array
 
 
 WRITERS = {
@@ -50,7 +51,7 @@ WRITERS = {
     "packed.npz": lambda path: np.savez_compressed(path, t=TIME, q=POSITION[:, np.newaxis], u=TORQUE[np.newaxis]),
     "old.mat": lambda path: io.savemat(path, {"t": TIME, "q": POSITION, "u": TORQUE}),
     "new.mat": lambda path: write_matlab_73(path, t=TIME, q=POSITION, u=TORQUE),
-    "plain.h5": write_hdf5,
+    "plain.h5": lambda path: write_hdf5(path, t=TIME, q=POSITION, u=TORQUE),
     "table.parquet": lambda path: parquet.write_table(pyarrow.table({"t": TIME, "q": POSITION, "u": TORQUE}), path),
 }
 
@@ -67,20 +68,18 @@ def test_every_format_gives_the_same_log(name, tmp_path):
     assert log.motion is log.position
 
 
+def write_matlab_5(path, **arrays):
+    io.savemat(path, arrays)
+
+
 @pytest.mark.parametrize("transposed", [False, True])
-@pytest.mark.parametrize("form", ["npz", "mat", "mat73", "h5"])
-def test_series_of_a_table_is_picked_by_its_number(form, transposed, tmp_path):
-    table = TABLE.T if transposed else TABLE
-    path = tmp_path / f"table.{form.removesuffix('73')}"
-    if form == "npz":
-        np.savez(path, all=table)
-    elif form == "mat":
-        io.savemat(path, {"all": table})
-    elif form == "mat73":
-        write_matlab_73(path, all=table)
-    else:
-        with h5py.File(path, "w") as file:
-            file["all"] = table
+@pytest.mark.parametrize(
+    ("ending", "write"),
+    [("npz", np.savez), ("mat", write_matlab_5), ("mat", write_matlab_73), ("h5", write_hdf5)],
+)
+def test_series_of_a_table_is_picked_by_its_number(ending, write, transposed, tmp_path):
+    path = tmp_path / f"table.{ending}"
+    write(path, all=TABLE.T if transposed else TABLE)
     log = read_log(path, period=0.5, position="all[2]", torque="all[1]", extra={"feedforward": "all[0]"})
     assert np.array_equal(log.position, POSITION)
     assert np.array_equal(log.torque, 2.0 * TORQUE)
@@ -90,8 +89,7 @@ def test_series_of_a_table_is_picked_by_its_number(form, transposed, tmp_path):
 
 def test_members_of_structs_and_groups_are_reached_by_dots(tmp_path):
     io.savemat(tmp_path / "struct.mat", {"log": {"drive": {"u": TORQUE}, "q": POSITION}})
-    with h5py.File(tmp_path / "group.h5", "w") as file:
-        file["log/drive/u"], file["log/q"] = TORQUE, POSITION
+    write_hdf5(tmp_path / "group.h5", **{"log/drive/u": TORQUE, "log/q": POSITION})
     for name in ("struct.mat", "group.h5"):
         log = read_log(tmp_path / name, period=1.0, velocity="log.q", torque="log.drive.u")
         assert np.array_equal(log.torque, TORQUE)
@@ -103,8 +101,7 @@ def test_fields_of_structured_arrays_are_reached_by_dots(tmp_path):
     rows = np.zeros(7, dtype=kind)
     rows["t"], rows["q"], rows["tau"][:, 1] = TIME, POSITION, TORQUE
     np.savez(tmp_path / "rows.npz", log=rows)
-    with h5py.File(tmp_path / "rows.h5", "w") as file:
-        file["log"] = rows
+    write_hdf5(tmp_path / "rows.h5", log=rows)
     for name in ("rows.npz", "rows.h5"):
         log = read_log(tmp_path / name, time="log.t", position="log.q", torque="log.tau[1]")
         assert np.array_equal(log.time, TIME)
@@ -115,9 +112,7 @@ def test_fields_of_structured_arrays_are_reached_by_dots(tmp_path):
 
 
 def test_an_empty_dataset_of_text_is_no_column(tmp_path):
-    with h5py.File(tmp_path / "log.h5", "w") as file:
-        file["q"], file["u"] = POSITION, TORQUE
-        file["remark"] = h5py.Empty("S10")
+    write_hdf5(tmp_path / "log.h5", q=POSITION, u=TORQUE, remark=h5py.Empty("S10"))
     assert np.array_equal(read_log(tmp_path / "log.h5", period=1.0, position="q", torque="u").position, POSITION)
 
 

@@ -63,29 +63,27 @@ def message(types, k, first):
     return types.types["sensor_msgs/msg/JointState"](header, ["a", "b"], *arrays)
 
 
-def write_ros2(folder):
-    rosbag2 = pytest.importorskip("rosbags.rosbag2")
+def write_bag(writer, store, serialize, with_number):
     from rosbags.typesys import Stores, get_typestore
 
-    types = get_typestore(Stores.ROS2_HUMBLE)
-    with rosbag2.Writer(folder / "bag", version=9) as writer:
+    types = get_typestore(getattr(Stores, store))
+    with writer:
         link = writer.add_connection("/arm/joint_states", "sensor_msgs/msg/JointState", typestore=types)
         for k in range(TIME.size):
-            raw = types.serialize_cdr(message(types, k, {}), "sensor_msgs/msg/JointState")
+            said = message(types, k, {"seq": k} if with_number else {})
+            raw = getattr(types, serialize)(said, "sensor_msgs/msg/JointState")
             writer.write(link, round(1e9 * TIME[k]) + 7, raw)
+
+
+def write_ros2(folder):
+    rosbag2 = pytest.importorskip("rosbags.rosbag2")
+    write_bag(rosbag2.Writer(folder / "bag", version=9), "ROS2_HUMBLE", "serialize_cdr", False)
     return folder / "bag" / "bag.db3"
 
 
 def write_ros1(folder):
     rosbag1 = pytest.importorskip("rosbags.rosbag1")
-    from rosbags.typesys import Stores, get_typestore
-
-    types = get_typestore(Stores.ROS1_NOETIC)
-    with rosbag1.Writer(folder / "log.bag") as writer:
-        link = writer.add_connection("/arm/joint_states", "sensor_msgs/msg/JointState", typestore=types)
-        for k in range(TIME.size):
-            raw = types.serialize_ros1(message(types, k, {"seq": k}), "sensor_msgs/msg/JointState")
-            writer.write(link, round(1e9 * TIME[k]) + 7, raw)
+    write_bag(rosbag1.Writer(folder / "log.bag"), "ROS1_NOETIC", "serialize_ros1", True)
     return folder / "log.bag"
 
 

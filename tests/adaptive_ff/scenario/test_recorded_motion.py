@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from adaptive_ff import load_scenario
+from adaptive_ff.files import write_csv
 
 ROOT = Path(__file__).resolve().parents[3]
 SCENARIO = ROOT / "benchmarks" / "kuka_kr300_axis4.toml"
@@ -17,24 +18,6 @@ LINK_INERTIA = 50.0  # kg m^2, assumed: the source does not hold it
 pytestmark = pytest.mark.skipif(
     not DATA.is_dir(), reason=f"the recorded data lie outside the repository and are not there: {DATA}"
 )
-
-
-def write_motion(folder, column, source):
-    with np.load(DATA / "trajectory_A.npz") as record:
-        series = np.column_stack([record["t"], record[source][:, AXIS]])
-    path = folder / f"{column}.csv"
-    np.savetxt(path, series, fmt="%.17g", delimiter=",", header=f"time,{column}", comments="")
-    return path
-
-
-@pytest.fixture(scope="module")
-def motions(tmp_path_factory):
-    """The recorded reference of the axis as CSV files: its velocity and its position."""
-    folder = tmp_path_factory.mktemp("motion")
-    return {
-        "velocity": write_motion(folder, "velocity", "dphi_ref_rad_per_s"),
-        "position": write_motion(folder, "position", "phi_ref_rad"),
-    }
 
 
 def test_scenario_holds_the_figures_of_the_source():
@@ -51,10 +34,11 @@ def test_scenario_holds_the_figures_of_the_source():
     assert (fixed.coulomb, fixed.viscous) == (joint.coulomb, joint.viscous)
 
 
-def test_reference_is_the_recorded_motion_until_a_minute_is_over(motions):
+def test_reference_is_the_recorded_motion_until_a_minute_is_over(tmp_path):
     with np.load(DATA / "trajectory_A.npz") as record:
         time, velocity = record["t"], record["dphi_ref_rad_per_s"][:, AXIS]
-    scenario = load_scenario(SCENARIO, reference=motions["velocity"])
+    write_csv(tmp_path / "motion.csv", {"time": time, "velocity": velocity})
+    scenario = load_scenario(SCENARIO, reference=tmp_path / "motion.csv")
     assert scenario.length == 60.0
     reference = scenario.reference_velocity()
     assert np.interp(time, scenario.times(), reference) == pytest.approx(velocity, abs=1e-5)

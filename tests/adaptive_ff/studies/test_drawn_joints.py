@@ -183,11 +183,8 @@ def test_beside_an_encoder_no_noise_of_the_velocity_is_drawn():
 
 
 def test_reasons_for_refusals_are_counted_by_kind_and_a_sweep_of_them_alone_is_bad_input(tmp_path):
-    found = [
-        studies.Outcome(0, {}, "period = 0.5 is too long"),
-        studies.Outcome(1, {}, "period = 0.25 is too long"),
-        studies.Outcome(2, {}, "no"),
-    ]
+    reasons = ("period = 0.5 is too long", "period = 0.25 is too long", "no")
+    found = [studies.Outcome(draw, {}, reason) for draw, reason in enumerate(reasons)]
     assert studies.refusals([*found, studies.Outcome(3, {})]) == {"period = 0.5 is too long": 2, "no": 1}
     coarse = SHORT.modified(sweep={"coulomb": [1e5, 2e5], "friction_lag": [0.0, 0.0]})
     scenario = write_scenario(tmp_path, coarse.model_dump(mode="json", exclude_none=True))
