@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
+import adaptive_ff
 from adaptive_ff.cli.options import Columns, MeasuredColumns
 from adaptive_ff.errors import InputError
 
@@ -25,9 +26,7 @@ class Chosen(NamedTuple):
 
     def read(self, path: Path, extra: Mapping[str, str] | None = None) -> "Log":
         """Read a log, with further columns by the name that they get."""
-        from adaptive_ff.logs.log import read_log
-
-        return read_log(path, **self.columns, period=self.period, extra=extra, scale=self.scales)
+        return adaptive_ff.read_log(path, **self.columns, period=self.period, extra=extra, scale=self.scales)
 
     @property
     def sentence(self) -> str:

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+import adaptive_ff
 from adaptive_ff.cli.columns import chosen_columns
 from adaptive_ff.cli.options import Limits, LogColumns, Output, ScenarioFile, TorqueDelay
 from adaptive_ff.cli.output import bars, staged_results, warn
@@ -40,10 +41,9 @@ def excite_command(
     from adaptive_ff.report.study_pictures import plot_excitation
     from adaptive_ff.report.tables import motion_tables
     from adaptive_ff.scenario.file import to_toml
-    from adaptive_ff.scenario.scenario import load_scenario
     from adaptive_ff.studies.exciting_motion import default_limits, exciting_motion
 
-    loaded = load_scenario(scenario)
+    loaded = adaptive_ff.load_scenario(scenario)
     linear = loaded.joint.axis == "linear"
     with staged_results(output) as results:
         chosen = default_limits(loaded, **vars(limits))
@@ -88,17 +88,14 @@ def commission_command(
 ) -> None:
     """Excite, identify, tune and write the scenario, in one go: the recipe for a real joint. Takes minutes."""
     from adaptive_ff.files import write_csv
-    from adaptive_ff.identify.identification import identify_log
-    from adaptive_ff.logs.log import read_log
     from adaptive_ff.report.log_words import parameters_table, verdict_lines
     from adaptive_ff.report.study_pictures import plot_excitation
     from adaptive_ff.report.tables import best_table
     from adaptive_ff.scenario.file import to_toml
-    from adaptive_ff.scenario.scenario import load_scenario
     from adaptive_ff.studies.commissioning import gain_on_the_true_joint, identified_scenario, record, tuned
     from adaptive_ff.studies.exciting_motion import default_limits
 
-    loaded = load_scenario(scenario)
+    loaded = adaptive_ff.load_scenario(scenario)
     linear = loaded.joint.axis == "linear"
     given, taken = _given(log, columns, torque_delay, linear=linear)
     with staged_results(output) as results:
@@ -110,9 +107,9 @@ def commission_command(
                 _write_motion(motion, loaded, stage)
                 pictures["excitation"] = plot_excitation(motion, linear=linear)
                 write_csv(stage / "log.csv", series)
-                given = read_log(stage / "log.csv", time="time", velocity="velocity", torque="torque")
+                given = adaptive_ff.read_log(stage / "log.csv", time="time", velocity="velocity", torque="torque")
                 torque_delay = 0.5 * loaded.sampling.period  # the torque of a row is held over the coming period
-            found = identify_log(given, torque_delay=torque_delay, linear=linear)
+            found = adaptive_ff.identify_log(given, torque_delay=torque_delay, linear=linear)
             result, study = tuned(identified_scenario(loaded, found), workers=None, progress=done["bandwidth"])
             if log is None:
                 gain = gain_on_the_true_joint(loaded, result, study)

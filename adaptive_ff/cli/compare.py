@@ -9,16 +9,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from adaptive_ff.cli.options import (
-    CONTROLLER_NAMES,
-    FORM_NAMES,
-    METRIC_NAMES,
-    SETTINGS,
-    SOURCE_NAMES,
-    OwnControllers,
-    ScenarioFile,
-    ViewerOutput,
-)
+import adaptive_ff
+from adaptive_ff.cli.options import SETTINGS, OwnControllers, ScenarioFile, ViewerOutput
 from adaptive_ff.cli.output import Printer, bars, error_console, staged_results, warn
 from adaptive_ff.errors import InputError
 
@@ -28,6 +20,18 @@ if TYPE_CHECKING:
     from adaptive_ff.comparison.own import Own
     from adaptive_ff.scenario.scenario import Scenario
 
+CONTROLLER_NAMES = (
+    *("pi", "pi_inertia", "fixed", "oracle", "oracle_tuned", "disturbance_observer", "extended_state"),
+    *("kalman_disturbance", "observed_nominal", "observed_batch", "adaptive_paper", "adaptive_unsupervised"),
+    *("adaptive", "canudas", "canudas_measured", "feedback_error", "lugre_observer", "lugre_gradient"),
+    *("friction_observer", "lee_tomizuka", "maxwell_adaptive", "radial_basis", "super_twisting", "repetitive"),
+)
+FORM_NAMES, SOURCE_NAMES = ("coulomb", "stribeck", "lagged"), ("nominal", "stale", "true", "batch")
+METRIC_NAMES = (
+    *("rms_error", "max_error", "rms_error_start", "rms_error_settled", "max_error_settled", "torque_variation"),
+    *("rms_position_error", "max_position_error", "rms_position_error_settled", "max_position_error_settled"),
+)
+"""Names that help lists before anything heavy is loaded; a test compares them with those that there are."""
 
 WORSE = 1  # exit status where a regression gate fails
 
@@ -93,13 +97,10 @@ def compare_command(
     from adaptive_ff.comparison.own import named_own
     from adaptive_ff.comparison.registry import CONTROLLERS
     from adaptive_ff.files import write_csv
-    from adaptive_ff.report.tables import LEGEND, comparison_tables
-    from adaptive_ff.report.verdicts import comparison_lines
     from adaptive_ff.scenario.file import to_toml
-    from adaptive_ff.scenario.scenario import load_scenario
 
     mine = named_own(own or [])
-    loaded = load_scenario(scenario, reference=reference)
+    loaded = adaptive_ff.load_scenario(scenario, reference=reference)
     source = loaded.name
     if controller:
         loaded = loaded.modified(controllers=controller)
@@ -111,12 +112,16 @@ def compare_command(
     with staged_results(output) as results:
         try:
             with ThreadPoolExecutor(1) as beside, bars(*loaded.controllers, *mine) as done:
-                beside.submit(import_module, "matplotlib.figure")  # loops and compilers leave it a processor
+                beside.submit(import_module, "adaptive_ff.report.page")  # loops and compilers leave it a processor
                 comparison = compare(
                     loaded, own=mine, progress=lambda name, part: done[name](part), thin=thin, seeds=seeds
                 )
         except ArithmeticError as error:
             raise InputError(f"{source}: the simulation fails: {error}") from error
+        from adaptive_ff.report.comparison_pictures import PICTURES
+        from adaptive_ff.report.tables import LEGEND, comparison_tables
+        from adaptive_ff.report.verdicts import comparison_lines
+
         for name, run in comparison.runs.items():
             write_csv(results.stage / f"{name}.csv", run.columns())
         found = verdict(comparison)
@@ -130,8 +135,6 @@ def compare_command(
         pictures = comparison.plot(None)
         results.write("result.json", result, shown, pictures, title=title, details=details, series=comparison)
         results.shown.append(f"Plots, time series and result.json are in {output.out}")
-        from adaptive_ff.report.comparison_pictures import PICTURES
-
         results.left_behind(PICTURES, [f"{name}.csv" for name in CONTROLLERS])
     return 0 if gate is None else _judge(gate, comparison, guard.baseline)
 

@@ -6,6 +6,7 @@ from typing import Annotated, Any
 
 import typer
 
+import adaptive_ff
 from adaptive_ff.cli.options import ScenarioFile
 from adaptive_ff.cli.output import Printer
 from adaptive_ff.errors import InputError, read_text
@@ -23,11 +24,9 @@ def export_command(
 ) -> None:
     """Write a controller as C99 source, with a self-test, an example and a CMake file."""
     from adaptive_ff.comparison.registry import make_for_machine
-    from adaptive_ff.export.project import export_controller
-    from adaptive_ff.scenario.scenario import load_scenario
 
     content = None if state is None else _read(state)
-    name, loaded = controller or "adaptive", load_scenario(scenario)
+    name, loaded = controller or "adaptive", adaptive_ff.load_scenario(scenario)
     try:
         made = make_for_machine(loaded, name)
     except ValueError as error:
@@ -37,7 +36,7 @@ def export_command(
             made.state_from_json(json.dumps(content))
         except ValueError as error:
             raise InputError(f"{state}: {error}") from error
-    files = export_controller(
+    files = adaptive_ff.export_controller(
         made, out, prefix=name if prefix is None else prefix, single=single, with_fmu=fmu or False
     )
     Printer().say(f"{', '.join(file.name for file in files)} are in {out}")

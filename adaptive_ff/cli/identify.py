@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+import adaptive_ff
 from adaptive_ff.cli.columns import chosen_columns
 from adaptive_ff.cli.options import (
     Columns,
@@ -59,7 +60,6 @@ def identify_command(
     output: ViewerOutput = ViewerOutput(),  # noqa: B008
 ) -> None:
     """Identify inertia and friction of a joint from a recorded log."""
-    from adaptive_ff.identify.identification import identify_log
     from adaptive_ff.identify.simulators import ENDINGS
     from adaptive_ff.report.log_pictures import PICTURES
 
@@ -70,7 +70,7 @@ def identify_command(
     with staged_results(output) as results:
         with progress_bars(error_console()) as progress:
             progress.add_task("identify", total=None)
-            found = identify_log(
+            found = adaptive_ff.identify_log(
                 given, validation=other, is_current=taken.is_current, **vars(regression), **over_position.arguments()
             )
         refused = _write_scenario(found, results.stage)
@@ -94,7 +94,6 @@ def _write_scenario(found: "LogIdentification", stage: Path) -> str | None:
     """Write the scenario and its reference; where it cannot be, say why."""
     from adaptive_ff.files import write_csv
     from adaptive_ff.identify.scenario_text import reference_columns, scenario_text
-    from adaptive_ff.scenario.scenario import load_scenario
 
     files = stage / SCENARIO, stage / REFERENCE
     try:
@@ -102,7 +101,7 @@ def _write_scenario(found: "LogIdentification", stage: Path) -> str | None:
         files[0].write_text(text, encoding="utf-8")
         write_csv(files[1], reference_columns(found))
         with warnings.catch_warnings(action="ignore"):  # compare says them again
-            load_scenario(files[0])
+            adaptive_ff.load_scenario(files[0])
     except InputError as error:
         for file in files:
             file.unlink(missing_ok=True)
@@ -113,9 +112,10 @@ def _write_scenario(found: "LogIdentification", stage: Path) -> str | None:
 def _shown(found: "LogIdentification", columns: str, refused: str | None, out: Path, *, details: bool) -> list[Any]:
     from adaptive_ff.report.log_words import details as explained
     from adaptive_ff.report.log_words import map_table, next_step, parameters_table, verdict_lines
+    from adaptive_ff.report.tables import present
 
     unwritten = [] if refused is None else [f"No scenario is written: {refused}{_left_behind(out)}"]
-    tables = [table for table in (parameters_table(found), map_table(found)) if table is not None]
+    tables = present(parameters_table(found), map_table(found))
     step = next_step(found, str(out), written=refused is None)
     further = explained(found) if details else []
     return [*tables, columns, *verdict_lines(found), *unwritten, step, *further]

@@ -17,6 +17,7 @@ from typing import Annotated, Any
 
 import typer
 
+import adaptive_ff
 from adaptive_ff.cli.commission import commission_command, excite_command
 from adaptive_ff.cli.compare import compare_command
 from adaptive_ff.cli.export import export_command
@@ -60,9 +61,7 @@ def _application(
 @app.command("version")
 def version_command() -> None:
     """Print the version."""
-    from adaptive_ff import __version__
-
-    typer.echo(__version__)
+    typer.echo(adaptive_ff.__version__)
 
 
 app.command("new")(command(new_command, common=False))

@@ -33,20 +33,6 @@ class TableForm(StrEnum):
     CSV = "csv"
 
 
-CONTROLLER_NAMES = (
-    *("pi", "pi_inertia", "fixed", "oracle", "oracle_tuned", "disturbance_observer", "extended_state"),
-    *("kalman_disturbance", "observed_nominal", "observed_batch", "adaptive_paper", "adaptive_unsupervised"),
-    *("adaptive", "canudas", "canudas_measured", "feedback_error", "lugre_observer", "lugre_gradient"),
-    *("friction_observer", "lee_tomizuka", "maxwell_adaptive", "radial_basis", "super_twisting", "repetitive"),
-)
-FORM_NAMES, SOURCE_NAMES = ("coulomb", "stribeck", "lagged"), ("nominal", "stale", "true", "batch")
-METRIC_NAMES = (
-    *("rms_error", "max_error", "rms_error_start", "rms_error_settled", "max_error_settled", "torque_variation"),
-    *("rms_position_error", "max_position_error", "rms_position_error_settled", "max_position_error_settled"),
-)
-"""Names that help lists before anything heavy is loaded; a test compares them with those that there are."""
-
-
 @dataclass
 class Common:
     """Options of every command that runs something."""

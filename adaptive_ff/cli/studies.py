@@ -6,6 +6,7 @@ from typing import Annotated
 
 import typer
 
+import adaptive_ff
 from adaptive_ff.cli.cluster import workers
 from adaptive_ff.cli.options import Output, OwnControllers, ScenarioFile, Scheduler
 from adaptive_ff.cli.output import bars, staged_results
@@ -36,7 +37,7 @@ def matrix_command(
     from adaptive_ff.comparison.own import named_own
     from adaptive_ff.comparison.registry import CONTROLLERS
     from adaptive_ff.comparison.run import NOISE_FLOOR
-    from adaptive_ff.report.matrix_files import by_loop, matrix_rows, matrix_tables, write_matrix
+    from adaptive_ff.report.matrix_files import by_loop, matrix_figures, matrix_rows, matrix_tables, write_matrix
     from adaptive_ff.report.verdicts import matrix_lines
     from adaptive_ff.scenario.library import scenario_names
     from adaptive_ff.studies.matrix import Job, collect, run_matrix, verdict
@@ -50,12 +51,12 @@ def matrix_command(
     with workers(scheduler) as executor, bars("runs") as done:
         names = list(dict.fromkeys([BASELINE, *chosen]))
         found = run_matrix(jobs, names, output.out, own=mine, executor=executor, progress=done["runs"])
-    figures = write_matrix(found, output.out, output.drawn)
+    write_matrix(found, output.out)
     with staged_results(output) as results:
         title = f"{len(scenarios)} scenarios, seeds 1 to {seeds}"
         said = verdict(collect(by_loop(found)[False]))
         shown = [*matrix_tables(found), *matrix_lines(said)]
-        results.write("", {"runs": matrix_rows(found), "verdict": said}, shown, figures, title=title)
+        results.write("", {"runs": matrix_rows(found), "verdict": said}, shown, matrix_figures(found), title=title)
         results.shown.append(f"All tables, pictures and the runs behind them are in {output.out}")
 
 
@@ -80,10 +81,9 @@ def sweep_command(
     from adaptive_ff.report.study_pictures import plot_sweep
     from adaptive_ff.report.tables import sweep_tables
     from adaptive_ff.scenario.file import to_toml
-    from adaptive_ff.scenario.scenario import load_scenario
     from adaptive_ff.studies.sweep import draw_scenario, refusals, summary, sweep
 
-    mine, loaded = named_own(own or []), load_scenario(scenario)
+    mine, loaded = named_own(own or []), adaptive_ff.load_scenario(scenario)
     with staged_results(output) as results, workers(scheduler) as executor:
         with bars("joints") as done:
             outcomes = sweep(

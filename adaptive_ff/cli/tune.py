@@ -4,6 +4,7 @@ from typing import Annotated
 
 import typer
 
+import adaptive_ff
 from adaptive_ff.cli.options import Output, ScenarioFile
 from adaptive_ff.cli.output import bars, staged_results
 
@@ -35,10 +36,9 @@ def tune_command(
     from adaptive_ff.report.tables import END_LEGEND, best_table, errors_table, loops_table
     from adaptive_ff.report.verdicts import bandwidth_lines
     from adaptive_ff.scenario.file import to_toml
-    from adaptive_ff.scenario.scenario import load_scenario
     from adaptive_ff.studies.bandwidth_study import STUDIED, study_bandwidths
 
-    loaded = load_scenario(scenario)
+    loaded = adaptive_ff.load_scenario(scenario)
     with staged_results(output) as results:
         with bars("bandwidths") as done:
             study = study_bandwidths(

@@ -1,18 +1,19 @@
 """A controller prepared for export: its kernels translated, its numbers listed."""
 
+import copy
 import keyword
 import re
-from functools import cached_property
+from collections.abc import Iterable
 from typing import Any
 
 from adaptive_ff.errors import check_kind
-from adaptive_ff.export.buffer import layout_hash, payload
+from adaptive_ff.export.buffer import layout_hash, payload, state_to_bytes
 from adaptive_ff.export.errors import NotExportable, exporting
-from adaptive_ff.export.sample import Recording, check_exportable, new_one, record, regressor_leaf, restarted, switches
+from adaptive_ff.export.sample import check_exportable, regressor_leaf, restarted, switches
 from controllers import ESTIMATES, STEPS, Controller, Inputs, Output
 from controllers.checks import checked_switch
 from controllers.kernels.literals import DOUBLE, FILES, RESERVED, SINGLE
-from controllers.kernels.memory import leaves
+from controllers.kernels.memory import Leaf, leaves
 from controllers.kernels.tree import Function
 from controllers.kernels.types import REAL, Array, Record, type_of
 from controllers.kernels.unit import Unit
@@ -26,6 +27,11 @@ def as_record(value: Any, where: str) -> Record:
     if not isinstance(kind, Record):
         raise NotExportable(f"{where} cannot be exported: it must be a NamedTuple")
     return kind
+
+
+def arrays_of(found: Iterable[Leaf]) -> list[Leaf]:
+    """Return the arrays that hold numbers."""
+    return [leaf for leaf in found if leaf.is_array and leaf.count]
 
 
 class Export:
@@ -47,7 +53,8 @@ class Export:
         self.prefix = prefix
         self.single = single
         self.precision = SINGLE if single else DOUBLE
-        self.fresh = new_one(controller)
+        self.fresh = copy.deepcopy(controller)
+        self.fresh.reset()
         self.unit = Unit(self.precision, prefix, fixed=True)
         self.parameters = as_record(controller.parameters, "parameters")
         self.state = as_record(controller.state, "state")
@@ -67,21 +74,14 @@ class Export:
                 self.write_estimates = self.unit.function(writes, (self.parameters, self.state, row))
         self.switches = switches(controller)
         self.regressors = regressor_leaf(controller)
+        self.regressor_count = 0 if self.regressors is None else self.regressors.count
         self.restarted = restarted(controller)
-        self.parameter_leaves, self.state_leaves = list(leaves(self.parameters)), list(leaves(self.state))
+        self.state_leaves = list(leaves(self.state))
+        self.parameter_arrays, self.state_arrays = arrays_of(leaves(self.parameters)), arrays_of(self.state_leaves)
+        self.has_own_start = state_to_bytes(controller) != state_to_bytes(self.fresh)
         self.hash, self.payload_size = layout_hash(controller, single), payload(controller, single).size
-
-    @cached_property
-    def recording(self) -> Recording:
-        """A run of the controller in Python from the state that it starts in."""
-        return record(self.controller)
 
     @property
     def input_names(self) -> tuple[str, ...]:
         """Names of the inputs."""
         return tuple(name for name, _ in self.inputs.fields)
-
-    @property
-    def title(self) -> str:
-        """First line of the controller's docstring."""
-        return (type(self.controller).__doc__ or type(self.controller).__name__).strip().partition("\n")[0]

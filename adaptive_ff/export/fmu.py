@@ -51,11 +51,6 @@ class Variable:
     start: str = ""
 
 
-def regressor_count(export: Export) -> int:
-    """Return how many further known regressors the controller takes."""
-    return 0 if export.regressors is None else export.regressors.count
-
-
 def fmu_variables(export: Export) -> list[Variable]:
     """Return the variables in their order; value references count them from zero."""
     texts = described(Inputs)
@@ -63,7 +58,7 @@ def fmu_variables(export: Export) -> list[Variable]:
     for name in optional_inputs():  # else one who connects it alone would not learn that it is not used
         texts[name] = f"Used only while {name}_known is true. {texts[name]}"
     reals = [(name, "input", texts[name], units[name], "0") for name in export.input_names if name != "dt"]
-    for place in range(regressor_count(export)):
+    for place in range(export.regressor_count):
         reals.append((f"regressors[{place}]", "input", "Further known regressor.", "", "0"))
     for name, text in described(Output).items():
         reals.append((f"{name}{'_out' * (name in export.input_names)}", "output", text, unit(text), ""))
@@ -100,7 +95,7 @@ def model_description(export: Export, version: str, token: str) -> str:
 def fmu_source(export: Export, version: str, token: str) -> str:
     """Return the source around the header, with the value references of ``fmu_variables``."""
     setters = [f"instance->inputs.{c_name(name)}" for name in export.input_names if name != "dt"]
-    setters += [f"instance->regressors[{place}]" for place in range(regressor_count(export))]
+    setters += [f"instance->regressors[{place}]" for place in range(export.regressor_count)]
     getters = [*setters, *(f"instance->output.{c_name(name)}" for name, _ in export.output.fields)]
     getters += [f"instance->estimates[{place}]" for place in range(len(export.controller.estimate_names))]
     return rendered(f"fmi{version[0]}.c", export, token=token, setters=setters, getters=getters)

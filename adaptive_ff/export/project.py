@@ -8,6 +8,7 @@ from adaptive_ff.errors import InputError, checked_path
 from adaptive_ff.export.errors import exporting
 from adaptive_ff.export.export import Export
 from adaptive_ff.export.fmu import VERSIONS, fmu
+from adaptive_ff.export.sample import record
 from adaptive_ff.export.source import header, rendered, source
 from adaptive_ff.files import staged
 from controllers import Controller, feedback_state
@@ -25,37 +26,27 @@ SAMPLES_TO_FOLLOW = 5.0
 
 
 def project_files(export: Export) -> dict[str, str]:
-    """Return the files of an export by name."""
-    prefix = export.prefix
+    """Return the files of an export by name.
+
+    The self-test repeats a recorded run; the example runs in the loop of the controller's inertia, or of one that is
+    stable with its gains.
+    """
+    prefix, controller, recording = export.prefix, export.controller, record(export.controller)
+    test = {
+        "tolerance": TOLERANCE[export.single],
+        "recording": recording,
+        "largest": max(float(np.max(np.abs(recording.outputs[np.isfinite(recording.outputs)]))), 1e-300),
+        "outputs": [name for name, _ in export.output.fields],
+    }
+    stable = SAMPLES_TO_FOLLOW * feedback_state(controller.parameters).proportional * controller.period
+    inertia = inertia_of(controller.parameters).get("inertia", max(stable, 1e-6))
     return {
         f"{prefix}.h": header(export),
         f"{prefix}.c": source(export),
-        f"{prefix}_selftest.c": self_test(export),
-        "main.c": example(export),
+        f"{prefix}_selftest.c": rendered("selftest.c", export, **test),
+        "main.c": rendered("main.c", export, inertia=f"{inertia:g}"),
         "CMakeLists.txt": rendered("CMakeLists.txt", export),
     }
-
-
-def self_test(export: Export) -> str:
-    """Return a program that repeats a recorded run."""
-    recording = export.recording
-    torques = recording.outputs[np.isfinite(recording.outputs)]
-    return rendered(
-        "selftest.c",
-        export,
-        tolerance=TOLERANCE[export.single],
-        recording=recording,
-        largest=max(float(np.max(np.abs(torques))), 1e-300),
-        outputs=[name for name, _ in export.output.fields],
-    )
-
-
-def example(export: Export) -> str:
-    """Return a program that runs the controller in the loop of its inertia, or of one that is stable with its gains."""
-    controller = export.controller
-    stable = SAMPLES_TO_FOLLOW * feedback_state(controller.parameters).proportional * controller.period
-    inertia = inertia_of(controller.parameters).get("inertia", max(stable, 1e-6))
-    return rendered("main.c", export, inertia=f"{inertia:g}")
 
 
 def export_controller(

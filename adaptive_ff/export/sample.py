@@ -49,13 +49,6 @@ def check_exportable(controller: Any, single: bool) -> None:
         raise NotExportable(f"controller = {name} cannot be exported in single precision: {controller.needs_double}")
 
 
-def new_one(controller: Controller) -> Controller:
-    """Return a copy of a controller in the state of a new one; the controller itself is left as it is."""
-    fresh = copy.deepcopy(controller)
-    fresh.reset()
-    return fresh
-
-
 def optional_inputs() -> tuple[str, ...]:
     """Return the inputs that may be unknown, then not a number: those that ``step`` may be called without."""
     arguments = inspect.signature(Controller.step).parameters

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from adaptive_ff.adaptive.arguments import LARGEST_REGRESSOR
-from adaptive_ff.export.buffer import HEADER, MAGIC, VERSION, state_to_bytes
+from adaptive_ff.export.buffer import HEADER, MAGIC, VERSION
 from adaptive_ff.export.export import Export
 from adaptive_ff.export.sample import optional_inputs, unchecked_inputs
 from adaptive_ff.files import template
@@ -28,17 +28,17 @@ WIDTH = 101
 
 def rendered(name: str, export: Export, **values: Any) -> str:
     """Return a file of an export by the name of its template, with what all may use and the values of this one."""
-    unchecked = unchecked_inputs()
+    unchecked, cls = unchecked_inputs(), type(export.controller)
     common = {
         "export": export,
         "p": export.prefix,
         "P": export.prefix.upper(),
         "real": export.precision.real,
-        "title": plain(export.title),
-        "cls": type(export.controller).__name__,
+        "title": plain((cls.__doc__ or cls.__name__).strip().partition("\n")[0]),
+        "cls": cls.__name__,
         "version": version("adaptive-ff"),
         "state": export.unit.c_type(export.state),
-        "arrays": arrays_of(export.state_leaves),
+        "arrays": export.state_arrays,
         "optional": optional_inputs(),
         "finite": [name for name in export.input_names if name not in unchecked],
         "estimates": [(name, estimate_unit(name)) for name in export.controller.estimate_names],
@@ -57,7 +57,7 @@ def header(export: Export) -> str:
         "controller.h",
         export,
         state_size=HEADER.size + export.payload_size,
-        state_arrays=arrays_struct(export, f"{export.prefix}_StateArrays", "Arrays of the state.", export.state_leaves),
+        state_arrays=arrays_struct(export, f"{export.prefix}_StateArrays", "Arrays of the state.", export.state_arrays),
     )
 
 
@@ -81,7 +81,7 @@ def source(export: Export) -> str:
         given="inputs" if passed_by_pointer(export.inputs) else "*inputs",
         output=output,
         new_state=new_state,
-        start="START" if has_own_start(export) else "NEW",
+        start="START" if export.has_own_start else "NEW",
         header=HEADER.size,
         format_version=VERSION,
         magic=int.from_bytes(MAGIC, "little"),
@@ -123,11 +123,6 @@ def _kernels(export: Export) -> str:
     return joined(parts)
 
 
-def arrays_of(found: list[Leaf]) -> list[Leaf]:
-    """Return the arrays that hold numbers."""
-    return [leaf for leaf in found if leaf.is_array and leaf.count]
-
-
 def record_table(export: Export, name: str, kind: Record, value: Any, arrays: str = "") -> str:
     """Return a constant struct with all numbers in it; its arrays are those of a constant, or bound later."""
     text = _initialiser(export, kind, value, 0, (), arrays)
@@ -152,20 +147,20 @@ def _initialiser(export: Export, kind: Type, value: Any, depth: int, path: tuple
     return export.precision.literal(value, ".".join(map(str, path)))
 
 
-def arrays_struct(export: Export, name: str, doc: str, found: list[Leaf]) -> str:
-    """Return the struct of all arrays that hold numbers; nothing where there is none."""
+def arrays_struct(export: Export, name: str, doc: str, arrays: list[Leaf]) -> str:
+    """Return the struct of arrays; nothing where there is none."""
     lines = [
         f"    {export.unit.c_type(leaf.kind)} {leaf.storage}{''.join(f'[{extent}]' for extent in leaf.shape)};"
-        for leaf in arrays_of(found)
+        for leaf in arrays
     ]
     return f"/* {doc} */\ntypedef struct {{\n" + "\n".join(lines) + f"\n}} {name};\n" if lines else ""
 
 
-def array_table(export: Export, struct: str, name: str, found: list[Leaf], value: Any) -> str:
-    """Return a constant struct with the numbers of all arrays."""
+def array_table(export: Export, struct: str, name: str, arrays: list[Leaf], value: Any) -> str:
+    """Return a constant struct with the numbers of arrays."""
     lines = [
         f"    .{leaf.storage} = {_numbers(export, np.asarray(value_at(value, leaf.path)), leaf.storage, 1)},"
-        for leaf in arrays_of(found)
+        for leaf in arrays
     ]
     return f"static const {struct} {name} = {{\n" + "\n".join(lines) + "\n};\n"
 
@@ -182,22 +177,14 @@ def _numbers(export: Export, array: Any, where: str, depth: int) -> str:
 
 def state_tables(export: Export) -> str:
     """Return settings and states as constants; the state to start in only where it is not that of a new controller."""
-    found = export.parameter_leaves
     parts, parameters = [], export.controller.parameters
-    if arrays_of(found):
-        parts.append(arrays_struct(export, "ParameterArrays", "Arrays of the parameters.", found))
-        parts.append(array_table(export, "ParameterArrays", "PARAMETER_ARRAYS", found, parameters))
+    if arrays := export.parameter_arrays:
+        parts.append(arrays_struct(export, "ParameterArrays", "Arrays of the parameters.", arrays))
+        parts.append(array_table(export, "ParameterArrays", "PARAMETER_ARRAYS", arrays, parameters))
     parts.append(record_table(export, "PARAMETERS", export.parameters, parameters, "PARAMETER_ARRAYS"))
-    states = [("NEW", export.fresh.state)]
-    states += [("START", export.controller.state)] if has_own_start(export) else []
-    for name, value in states:
-        parts.append(record_table(export, f"{name}_STATE", export.state, value))
-        if arrays_of(export.state_leaves):
+    for name, one in {"NEW": export.fresh, **({"START": export.controller} if export.has_own_start else {})}.items():
+        parts.append(record_table(export, f"{name}_STATE", export.state, one.state))
+        if export.state_arrays:
             struct = f"{export.prefix}_StateArrays"
-            parts.append(array_table(export, struct, f"{name}_STATE_ARRAYS", export.state_leaves, value))
+            parts.append(array_table(export, struct, f"{name}_STATE_ARRAYS", export.state_arrays, one.state))
     return joined(parts)
-
-
-def has_own_start(export: Export) -> bool:
-    """Tell whether the controller was exported in another state than that of a new one."""
-    return state_to_bytes(export.controller) != state_to_bytes(export.fresh)

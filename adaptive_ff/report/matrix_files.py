@@ -1,16 +1,14 @@
 """The scenario matrix as tables and files: pictures, every run's figures, and every scenario for ``compare``."""
 
 import csv
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 from matplotlib.figure import Figure
 
 from adaptive_ff.report.study_pictures import plot_matrix
-from adaptive_ff.report.style import write_figures
 from adaptive_ff.report.table import Table
-from adaptive_ff.report.tables import MOST_COLUMNS, MOST_ROWS, gains_table, ranking_table, standstill_table
+from adaptive_ff.report.tables import MOST_COLUMNS, MOST_ROWS, gains_table, present, ranking_table, standstill_table
 from adaptive_ff.scenario.file import to_toml
 from adaptive_ff.studies.matrix import Results, cell_scenario, collect
 
@@ -35,28 +33,31 @@ def matrix_tables(results: Results) -> list[Table]:
         few = len(cells) <= MOST_ROWS and max(map(len, cells.values())) <= MOST_COLUMNS
         tables.append((gains_table if few else ranking_table)(cells, TITLES[fast]))
     if len({job.scenario for job in results}) <= MOST_ROWS:
-        tables += [one for one in [standstill_table(by_loop(results)[False])] if one is not None]
+        tables += present(standstill_table(by_loop(results)[False]))
     return tables
 
 
-def write_matrix(results: Results, folder: Path, formats: Sequence[str] = ("png",)) -> dict[str, Figure]:
-    """Write ``matrix.md``, a picture a loop, ``runs.csv`` and the scenarios into a folder; return the pictures."""
+def matrix_figures(results: Results) -> dict[str, Figure]:
+    """Return a picture a loop by name; none of PI alone."""
     seeds = sorted({job.seed for job in results})
     source = f"scenarios of the package, seeds {seeds[0]} to {seeds[-1]}"
     figures: dict[str, Figure] = {}
-    folder.mkdir(parents=True, exist_ok=True)
-    tables: list[Table | None] = []
     for fast, part in by_loop(results).items():
-        cells = collect(part)
-        tables += [ranking_table(cells, TITLES[fast]), gains_table(cells, TITLES[fast])]
         controllers = list(dict.fromkeys(name for found in part.values() for name in found))
-        figure = plot_matrix(cells, controllers, TITLES[fast], source)
+        figure = plot_matrix(collect(part), controllers, TITLES[fast], source)
         if figure is not None:
             figures[f"matrix_{'fastest' if fast else 'own'}_loop"] = figure
-    tables.append(standstill_table(by_loop(results)[False]))
-    write_figures(figures, folder, formats)
-    text = "\n".join(one.markdown() for one in tables if one is not None)
-    (folder / "matrix.md").write_text(text, encoding="utf-8")
+    return figures
+
+
+def write_matrix(results: Results, folder: Path) -> None:
+    """Write ``matrix.md``, ``runs.csv`` and the scenarios into a folder."""
+    loops = by_loop(results)
+    cells = {TITLES[fast]: collect(part) for fast, part in loops.items()}
+    tables = [make(part, title) for title, part in cells.items() for make in (ranking_table, gains_table)]
+    tables += present(standstill_table(loops[False]))
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / "matrix.md").write_text("\n".join(one.markdown() for one in tables), encoding="utf-8")
     rows = matrix_rows(results)
     with (folder / "runs.csv").open("w", newline="", encoding="utf-8") as stream:
         writer = csv.DictWriter(stream, list(dict.fromkeys(key for row in rows for key in row)))
@@ -67,7 +68,6 @@ def write_matrix(results: Results, folder: Path, formats: Sequence[str] = ("png"
     for job in results:
         name = f"{job.scenario}-{'fastest' if job.fastest else 'own'}-{job.seed}.toml"
         (scenarios / name).write_text(to_toml(cell_scenario(job.scenario, job.seed, job.fastest)), encoding="utf-8")
-    return figures
 
 
 def matrix_rows(results: Results) -> list[dict[str, Any]]:

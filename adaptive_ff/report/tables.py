@@ -37,6 +37,11 @@ MOST_COLUMNS, MOST_ROWS = 9, 16
 """Most controllers and scenarios whose every pair stands in a table on a terminal; of more it shows means."""
 
 
+def present(*tables: Table | None) -> list[Table]:
+    """Return the tables that there are."""
+    return [one for one in tables if one is not None]
+
+
 def highlights(names: Any) -> dict[str, str]:
     """Return how the rows of controllers stand out: the adaptive one, and a user's own."""
     own = {name: "bold cyan" for name in names if name not in (*CONTROLLERS, NOISE_FLOOR)}
@@ -103,8 +108,7 @@ def estimates_table(comparison: Comparison) -> Table | None:
 
 def comparison_tables(comparison: Comparison) -> list[Table]:
     """Return all tables of a comparison."""
-    tables = (tracking_table(comparison), position_table(comparison), estimates_table(comparison))
-    return [one for one in tables if one is not None]
+    return present(tracking_table(comparison), position_table(comparison), estimates_table(comparison))
 
 
 def sweep_tables(result: Mapping[str, Any]) -> list[Table]:

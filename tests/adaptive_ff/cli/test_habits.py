@@ -59,7 +59,7 @@ def test_what_is_loaded_beside_the_runs_is_waited_for(tmp_path, scenario, withou
     slow = lambda name: (time.sleep(0.5), loaded.append(name))  # noqa: E731
     monkeypatch.setattr("adaptive_ff.cli.compare.import_module", slow)
     assert run_command_line("compare", scenario, "--controller", "pi", "--out", tmp_path / "out", "-q").status == 0
-    assert loaded == ["matplotlib.figure"]
+    assert loaded == ["adaptive_ff.report.page"]
 
 
 def test_json_goes_to_standard_output_alone(tmp_path, scenario, without_pictures):

@@ -9,7 +9,7 @@ from importlib.metadata import version
 import pytest
 
 import adaptive_ff
-from adaptive_ff.cli import identify, options, replay
+from adaptive_ff.cli import compare, identify, options, replay
 from adaptive_ff.comparison.fixed_models import FORMS, SOURCES
 from adaptive_ff.comparison.gate import GATED
 from adaptive_ff.comparison.registry import CONTROLLERS, FIXED
@@ -50,6 +50,6 @@ def test_options_are_arguments_of_the_function_that_they_fill_with_its_defaults(
 
 
 def test_names_in_help_are_those_that_there_are():
-    assert list(options.METRIC_NAMES) == list(GATED)
-    assert [name for name in CONTROLLERS if name not in FIXED] == list(options.CONTROLLER_NAMES)
-    assert (tuple(FORMS), tuple(SOURCES)) == (options.FORM_NAMES, options.SOURCE_NAMES)
+    assert list(compare.METRIC_NAMES) == list(GATED)
+    assert [name for name in CONTROLLERS if name not in FIXED] == list(compare.CONTROLLER_NAMES)
+    assert (tuple(FORMS), tuple(SOURCES)) == (compare.FORM_NAMES, compare.SOURCE_NAMES)
