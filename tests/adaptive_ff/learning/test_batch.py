@@ -5,9 +5,9 @@ import pytest
 from scipy import stats
 
 from adaptive_ff.friction.model import ESTIMATED, TorqueModel
-from adaptive_ff.learning.batch import identify_series, identify_torque_form
+from adaptive_ff.learning.batch import _physical_slopes, identify_series, identify_torque_form, slides_one_way
 from adaptive_ff.learning.batch_least_squares import fit_least_squares
-from adaptive_ff.learning.series import COEFFICIENTS, series_coefficients
+from adaptive_ff.learning.series import COEFFICIENTS, series_coefficients, write_physical
 from plant import JointParameters, JointState, Stribeck, step_joint
 
 JOINT = TorqueModel(20.0, 60.0, 90.0, 80.0, 0.02, 0.05, 1.0)
@@ -82,6 +82,8 @@ def test_covariance_with_correlated_errors_is_that_of_newey_and_west():
         ({"regressors": np.eye(3), "outputs": np.ones(3)}, "have 3 rows; there must be more than the 3"),
         ({"regressors": np.eye(60)[:, :3] * [1.0, 0.0, 1.0]}, "regressor of p1 is zero"),
         ({"regressors": np.tile([[1.0, 2.0, 3.0]], (60, 1))}, "rank 1; it must be 3"),
+        ({"regressors": np.vander(np.arange(60) % 2 + 1, 3)[:, [2, 2, 0]]}, "rank 2; .*: p[01] cannot be told from"),
+        ({"regressors": np.vander(np.arange(60) % 2 + 1, 3)[:, [0, 2, 2]]}, "rank 2; .*: p[12] cannot be told from"),
         ({"names": ("a", "b")}, "has 2 entries; there must be one for each of 3"),
         ({"correlated_samples": 60}, "correlated_samples = 60 .* less than the 60 rows"),
         ({"correlated_samples": -1}, "correlated_samples = -1 .* at least 0"),
@@ -139,6 +141,23 @@ def test_standard_errors_of_the_physical_parameters_are_their_scatter():
         assert claimed == pytest.approx(scatter, rel=0.2)
 
 
+def test_slopes_of_the_physical_parameters_are_those_of_their_differences():
+    coefficients, found = np.array(series_coefficients(JOINT, PERIOD)), np.empty((2, 5))
+    slopes = _physical_slopes(coefficients, PERIOD)
+    for place, step in enumerate(1e-6 * coefficients):
+        for row, sign in zip(found, (1.0, -1.0), strict=True):
+            assert write_physical(coefficients + sign * step * (np.arange(6) == place), PERIOD, row)
+        assert slopes[:, place] == pytest.approx((found[0] - found[1]) / (2.0 * step), rel=1e-6, abs=1e-6)
+
+
+def test_three_samples_above_the_slowest_speed_and_of_one_sign_slide_one_way():
+    velocity = np.array([0.2, 0.1, 0.3, 0.05, 0.1, 0.1, 0.1, -0.1, -0.2, -0.1, 0.0, 0.1, -0.1, 0.1, 0.1, 0.2, -0.3])
+    wanted = [k > 1 and (min(s := velocity[k - 2 : k + 1]) >= 0.1 or max(s) <= -0.1) for k in range(velocity.size)]
+    assert slides_one_way(velocity, 0.1).tolist() == wanted
+    assert np.flatnonzero(wanted).tolist() == [2, 6, 9, 15]
+    assert not slides_one_way(np.zeros(5), 0.0).any()
+
+
 @pytest.fixture(scope="module")
 def jittered_log():
     """A joint that reverses under held torques, sampled at uneven times, on a fine solver."""
@@ -185,6 +204,10 @@ def test_standard_errors_of_the_torque_form_are_its_scatter_under_noise_of_the_t
     ("change", "message"),
     [
         ({"time": np.zeros(1501)}, r"time\[1\] = 0.0 s .* later than the one before"),
+        ({"time": np.append(np.arange(1500.0), 7.0)}, r"time\[1500\] = 7.0 s .* later than the one before"),
+        ({"torque": np.ones((1501, 1))}, r"torque has shape \(1501, 1\); it must be a series of three samples"),
+        ({"time": [0.0, 1.0]}, r"time has shape \(2,\); it must be a series of three samples at least"),
+        ({"velocity": np.ones(1500)}, "velocity has 1500 samples; it must have 1501, as time"),
         ({"hold": -1.0}, "hold = -1.0 .* zero or more"),
         ({"slowest": math.nan}, "slowest = nan .* zero or more"),
         ({"slowest": 50.0}, "slowest = 50 rad/s .* let 0 samples through; there must be more than"),

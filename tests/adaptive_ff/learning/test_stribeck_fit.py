@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from scipy import stats
 from scipy.optimize import curve_fit, least_squares
 
-from adaptive_ff.learning.stribeck import Points, fit_stribeck, search
+from adaptive_ff.learning.stribeck import Points, _inverse_information, fit_stribeck, search
 from plant import Stribeck, sliding_friction
 
 TRUE = Stribeck(60.0, 90.0, 80.0, 0.05, 1.0)
@@ -48,7 +48,11 @@ def test_offset_of_the_torque_is_told_from_friction_where_both_directions_are_gi
     assert fit.estimates["offset"].value == pytest.approx(-7.0, abs=1e-8)
     assert fit.estimates["coulomb"].value == pytest.approx(60.0, rel=1e-8)
     assert fit.residuals == pytest.approx(np.zeros(60), abs=1e-8)
-    assert fit.covariance.shape == (6, 6)
+    true = np.array([*TRUE, -7.0])
+    steps = np.diag(1e-5 * true)
+    slopes = np.column_stack([(curve(BOTH, *(true + h)) - curve(BOTH, *(true - h))) / 2.0 / sum(h) for h in steps])
+    least = 1e-9 * np.max(np.abs(torque_of(TRUE, BOTH) - 7.0))  # rounding: the points have no other error
+    assert fit.covariance == pytest.approx(least**2 * np.linalg.inv(slopes.T @ slopes), rel=1e-3, abs=1e-22)
     assert "offset" not in fit_stribeck(SPEEDS, torque_of(TRUE, SPEEDS)).estimates
 
 
@@ -73,6 +77,17 @@ def test_estimates_and_covariance_are_those_of_curve_fit(noisy_fit):
     assert noisy_fit.covariance == pytest.approx(covariance, rel=1e-3, abs=1e-7)
     assert noisy_fit.residuals == pytest.approx(torque - curve(velocity, *values), abs=1e-3)
     assert noisy_fit.scatter == pytest.approx(math.sqrt(np.sum((noisy_fit.residuals / error) ** 2) / 54))
+
+
+def test_information_is_infinite_for_what_the_columns_do_not_determine():
+    first, second = np.random.default_rng(4).standard_normal((2, 20))
+    inverse = _inverse_information(np.column_stack([1e3 * first, second, -2.0 * second, 0.0 * first]))
+    assert np.isinf(inverse[1:]).all()
+    assert np.isinf(inverse[0, 1:]).all()
+    off = first - second * (first @ second) / (second @ second)
+    assert inverse[0, 0] == pytest.approx(1e-6 / (off @ off), rel=1e-9)
+    whole = np.column_stack([first, 1e-6 * second])
+    assert _inverse_information(whole) == pytest.approx(np.linalg.inv(whole.T @ whole), rel=1e-9)
 
 
 @pytest.mark.parametrize("name", [*TRUE._fields, "offset"])
@@ -173,6 +188,8 @@ def changed(which, place, value):
         (changed(2, 6, -2.0), r"standard_error\[6\] = -2 is not allowed"),
         ((SPEEDS[:5], GOOD[1][:5]), "5 points at 5 different speeds; there must be at least 6 points"),
         ((np.tile(SPEEDS[:4], 3), np.tile(GOOD[1][:4], 3)), "12 points at 4 different speeds"),
+        ((SPEEDS, np.zeros(30)), "torque is 0 N m higher in the direction of motion than against it; it must be"),
+        ((BOTH, np.ones(60)), "torque is 0 N m higher in the direction of motion than against it; it must be"),
         ((BOTH, -torque_of(TRUE, BOTH)), "the torque of the drive has the sign of the velocity"),
     ],
 )

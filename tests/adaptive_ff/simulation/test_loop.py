@@ -38,7 +38,7 @@ def delayed(steps, samples=40):
     return build_setup(SCENARIO.modified(duration=samples / 100))._replace(delay=steps)
 
 
-@pytest.mark.parametrize("steps", [0, 3, 10, 17, 25])
+@pytest.mark.parametrize("steps", [0, 1, 3, 10, 17, 25])
 def test_a_command_acts_from_the_delay_on_until_the_next_one_does(steps):
     torques = 300.0 * np.sin(np.arange(40.0))
     setup = delayed(steps)
@@ -51,6 +51,13 @@ def test_a_command_acts_from_the_delay_on_until_the_next_one_does(steps):
     assert record.torque == pytest.approx(held.reshape(-1, 10).mean(axis=1), rel=1e-12, abs=1e-12)
     assert reported[0] is None
     assert reported[1:] == pytest.approx(record.torque[:-1].tolist(), rel=1e-14)
+
+
+def test_a_drive_without_delay_gives_what_it_is_told_whatever_friction_does():
+    variation = {"position_amplitude": 0.2, "position_period": 2.0}
+    torques = 300.0 * np.sin(np.arange(40.0))
+    record, _ = run_script(build_setup(SCENARIO.modified(duration=0.4, variation=variation)), torques)
+    assert record.torque.tolist() == record.given.tolist() == torques.tolist()
 
 
 @pytest.mark.parametrize("part", [1, 7])
