@@ -20,15 +20,11 @@ import typer
 import adaptive_ff
 from adaptive_ff.cli.commission import commission_command, excite_command
 from adaptive_ff.cli.compare import compare_command
-from adaptive_ff.cli.export import export_command
-from adaptive_ff.cli.identify import identify_command, score_command
-from adaptive_ff.cli.new import new_command
+from adaptive_ff.cli.export import export_command, new_command, playground_command
+from adaptive_ff.cli.identify import identify_command, replay_command, score_command
 from adaptive_ff.cli.options import command
 from adaptive_ff.cli.output import printable
-from adaptive_ff.cli.playground import playground_command
-from adaptive_ff.cli.replay import replay_command
-from adaptive_ff.cli.studies import matrix_command, scenarios_command, sweep_command
-from adaptive_ff.cli.tune import tune_command
+from adaptive_ff.cli.studies import matrix_command, scenarios_command, sweep_command, tune_command
 from adaptive_ff.errors import InputError
 
 BAD_INPUT, INTERRUPTED, TERMINATED = 2, 130, 128 + signal.SIGTERM

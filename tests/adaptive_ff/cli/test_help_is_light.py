@@ -9,7 +9,7 @@ from importlib.metadata import version
 import pytest
 
 import adaptive_ff
-from adaptive_ff.cli import compare, identify, options, replay
+from adaptive_ff.cli import compare, identify, options
 from adaptive_ff.comparison.fixed_models import FORMS, SOURCES
 from adaptive_ff.comparison.gate import GATED
 from adaptive_ff.comparison.registry import CONTROLLERS, FIXED
@@ -40,7 +40,7 @@ def test_import_loads_nothing_heavy_and_knows_its_version():
 
 @pytest.mark.parametrize(
     ("group", "function"),
-    [(identify.Regression, identify_log), (replay.Learning, replay_log), (options.Limits, MotionLimits)],
+    [(identify.Regression, identify_log), (identify.Learning, replay_log), (options.Limits, MotionLimits)],
 )
 def test_options_are_arguments_of_the_function_that_they_fill_with_its_defaults(group, function):
     arguments = inspect.signature(function).parameters

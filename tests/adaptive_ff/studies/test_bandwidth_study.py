@@ -10,7 +10,7 @@ from command_line import refusal, run_command_line
 from scenario_files import short, write_scenario
 
 from adaptive_ff import InputError, load_scenario, simulate
-from adaptive_ff.cli.tune import tune_command
+from adaptive_ff.cli.studies import tune_command
 from adaptive_ff.report.tables import best_table, errors_table, loops_table
 from adaptive_ff.scenario.loop import loop_at, noise_response
 from adaptive_ff.scenario.scenario import Scenario
