@@ -42,8 +42,11 @@ def test_it_starts_in_a_saved_state(tmp_path):
 
 
 def test_refusals_name_what_is_wrong_and_write_nothing(tmp_path):
-    for name, text in {"pi": made("pi").state_to_json(), "broken": "{", "number": "3", "file": ""}.items():
+    texts = {"broken": "{", "number": "3", "replay": '{"replay": ["inertia"]}', "file": ""}
+    texts["pi"] = made("pi").state_to_json()
+    for name, text in texts.items():
         (tmp_path / name).write_text(text)
+    of_a_replay = "is the state of a replay, not of a controller; identify the log, and give its scenario.toml"
     out, file = ("--out", tmp_path / "out"), tmp_path / "file"
     cases = {
         ("--controller", "none"): "controllers = 'none' is not known; there are pi,",
@@ -52,6 +55,7 @@ def test_refusals_name_what_is_wrong_and_write_nothing(tmp_path):
         ("--state", tmp_path / "pi"): "controller = 'PI' is not allowed: this is a 'AdaptiveController'",
         ("--state", tmp_path / "broken"): "is no saved state",
         ("--state", tmp_path / "number"): "must be a JSON object",
+        ("--state", tmp_path / "replay"): of_a_replay,
         ("--state", tmp_path / "missing.json"): "cannot be read",
         (tmp_path / "missing.toml",): "missing.toml",
     }
@@ -60,12 +64,6 @@ def test_refusals_name_what_is_wrong_and_write_nothing(tmp_path):
     assert "cannot be written" in refusal("export", "--out", file)
     assert not (tmp_path / "out").exists()
     assert file.read_text() == ""
-
-
-def test_a_replays_state_is_refused_with_what_to_give(tmp_path):
-    (tmp_path / "state.json").write_text('{"replay": ["inertia"]}')
-    said = refusal("export", "--state", tmp_path / "state.json", "--out", tmp_path / "out")
-    assert "is the state of a replay, not of a controller; identify the log, and give its scenario.toml" in said
 
 
 def test_a_scenario_without_a_limit_of_the_drive_is_exported_without_one(tmp_path):

@@ -30,6 +30,12 @@ def baseline(comparison, tmp_path):
     return path
 
 
+def gated(folder, scenario, *options):
+    """Arguments of a comparison of a scenario, as a file in a folder, that is held against a baseline."""
+    file = write_scenario(folder, scenario.model_dump(mode="json", exclude_none=True))
+    return ("compare", file, "--out", folder / "out", *options)
+
+
 def changed(path, **figures):
     content = json.loads(path.read_text())
     for name, value in figures.items():
@@ -177,8 +183,7 @@ def test_recorded_reference_may_lie_elsewhere(baseline):
 
 
 def test_command_line_passes_and_fails(baseline, tmp_path):
-    scenario = write_scenario(tmp_path, SHORT.model_dump(mode="json", exclude_none=True))
-    arguments = ("compare", scenario, "--out", tmp_path / "out", "--baseline", baseline)
+    arguments = gated(tmp_path, SHORT, "--baseline", baseline)
     outcome = run_command_line(*arguments)
     assert outcome.status == 0
     assert f"Nothing is worse than in {baseline}, within the tolerances." in outcome.out
@@ -200,8 +205,7 @@ def test_command_line_passes_and_fails(baseline, tmp_path):
 def test_change_of_gains_is_gated_on_demand(baseline, tmp_path):
     """A slower loop is another scenario; across gains its figures are compared, and are worse."""
     slower = SHORT.modified(feedback={"bandwidth": 5.0})
-    scenario = write_scenario(tmp_path, slower.model_dump(mode="json", exclude_none=True))
-    arguments = ("compare", scenario, "--out", tmp_path / "out", "--baseline", baseline)
+    arguments = gated(tmp_path, slower, "--baseline", baseline)
     assert refusal(*arguments).endswith("or make a new baseline, or compare across gains (--across gains)")
     outcome = run_command_line(*arguments, "--across", "gains")
     assert outcome.status == 1
@@ -216,32 +220,27 @@ def test_change_of_gains_is_gated_on_demand(baseline, tmp_path):
 
 
 def test_gate_over_seeds_compares_means_and_tolerates_their_scatter(tmp_path):
-    file, path = write_scenario(tmp_path, SHORT.model_dump(mode="json", exclude_none=True)), tmp_path / "seeds.json"
-    arguments = ("compare", file, "--out", tmp_path / "out", "--seeds", 3, "--controller", "pi")
+    arguments, path = gated(tmp_path, SHORT, "--seeds", 3, "--controller", "pi"), tmp_path / "seeds.json"
     assert run_command_line(*arguments, "--json", path).status == 0
     stored = read_baseline(path)
     values = stored["by_seed"]["pi"]["rms_error"]
     assert values == [simulate(SHORT.modified(seed=seed), "pi").metrics.rms_error for seed in (1, 2, 3)]
     assert run_command_line(*arguments, "--baseline", path).status == 0
     spread = stats.sem(values) * stats.t.ppf(0.975, 2) / np.mean(values)
-    for share, status in ((0.9, 0), (1.1, 1)):
+    for share, status, options in ((0.9, 0, ()), (1.1, 1, ()), (1.1, 0, ("--tolerance", "1000%"))):
         stored["by_seed"]["pi"]["rms_error"] = [value / (1.0 + share * spread) for value in values]
         other = tmp_path / "other.json"
         other.write_text(json.dumps(stored))
-        gated = (*arguments, "--metric", "rms_error", "--baseline", other)
-        outcome = run_command_line(*gated)
+        outcome = run_command_line(*arguments, "--metric", "rms_error", "--baseline", other, *options)
         assert outcome.status == status, outcome
-    assert run_command_line(*gated, "--tolerance", "1000%").status == 0
-    line = refusal("compare", file, "--seeds", 2, "--baseline", path)
+    line = refusal(*gated(tmp_path, SHORT, "--seeds", 2, "--baseline", path))
     assert "seeds = 2 is not allowed: the baseline is of 3" in line
     with pytest.raises(ValueError, match="seeds = 0 is not allowed"):
         compare(SHORT, seeds=0)
 
 
 def test_command_line_refuses_before_it_runs(baseline, tmp_path):
-    same, other = (one.model_dump(mode="json", exclude_none=True) for one in (SHORT, SHORT.modified(seed=7)))
-    scenario = write_scenario(tmp_path, other)
-    line = refusal("compare", scenario, "--out", tmp_path / "out", "--baseline", baseline)
+    line = refusal(*gated(tmp_path, SHORT.modified(seed=7), "--baseline", baseline))
     assert f"{baseline}: is of another scenario: seed is 1 there and 7 here" in line
     for options, said in (
         (["--baseline", baseline, "--across", "gains", "--tolerance=gone=5%"], "tolerance 'gone' is not known"),
@@ -249,5 +248,5 @@ def test_command_line_refuses_before_it_runs(baseline, tmp_path):
         (["--guard", "pi"], "need a --baseline"),
         (["--baseline", tmp_path / "nowhere.json"], "nowhere.json: cannot be read"),
     ):
-        assert said in refusal("compare", write_scenario(tmp_path, same), "--out", tmp_path / "out", *options)
+        assert said in refusal(*gated(tmp_path, SHORT, *options))
     assert not (tmp_path / "out").exists()

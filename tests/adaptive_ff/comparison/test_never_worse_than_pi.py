@@ -71,13 +71,7 @@ def test_where_the_inertia_is_told_twice_too_large():
     [
         (SEED, 279, 1.0, 2.0, "settled at 0.68 by an offset that motion one way had not shown"),
         (201, 450, 1.0, 1.2, "a window at 2.8 by the same"),
-        (
-            SEED,
-            494,
-            1.5,
-            1.5,
-            "a window at 3.8 by friction on top of what the integral had grown to while the joint stuck",
-        ),
+        (SEED, 494, 1.5, 1.5, "a window at 3.8 by friction on top of an integral that grew while the joint stuck"),
         (SEED, 513, 1.5, 1.2, "a window at 3.3 by the same"),
         (SEED, 563, 2.0, 1.2, "a window at 4.1 by friction turned where the plan of a late drive only stops"),
     ],

@@ -42,6 +42,13 @@ WAYS = {
 """The same table, as people write it."""
 
 
+def written(folder, text):
+    """A table as a file; its path."""
+    path = folder / "log.csv"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
 @pytest.mark.parametrize("way", WAYS)
 def test_table_is_read_however_it_is_written(way, tmp_path):
     path, text = tmp_path / "log.csv", WAYS[way]
@@ -55,27 +62,21 @@ def test_table_is_read_however_it_is_written(way, tmp_path):
 
 @pytest.mark.parametrize("row", ["0,1,2", "0, 1, 2", "0 ,1 ,2", "0.0,1.0, 2"])
 def test_commas_between_numbers_separate_them(row, tmp_path):
-    path = tmp_path / "log.csv"
-    path.write_text(f"{row}\n{row}\n", encoding="utf-8")
-    layout, columns = read_table(path, ["0", "1", "2"])
+    layout, columns = read_table(written(tmp_path, f"{row}\n{row}\n"), ["0", "1", "2"])
     assert layout.names == ["0", "1", "2"]
     assert [column.tolist() for column in columns.values()] == [[0.0, 0.0], [1.0, 1.0], [2.0, 2.0]]
 
 
 def test_row_of_units_is_told_from_a_row_of_words(tmp_path):
-    path = tmp_path / "log.csv"
-    path.write_text("t;q;u\n[s];[deg];\n0,0;1,5;-2\n", encoding="utf-8")
-    assert read_table(path, [])[0].units == {"t": "[s]", "q": "[deg]"}
+    units = written(tmp_path, "t;q;u\n[s];[deg];\n0,0;1,5;-2\n")
+    assert read_table(units, [])[0].units == {"t": "[s]", "q": "[deg]"}
     for text in ("t,q\n0,none\n0.1,1\n", "t,q\nnan,nan\n0.1,1\n", "t,q\n[s],[deg]\n", "0,1\n[s],[deg]\n0,1\n"):
-        path.write_text(text, encoding="utf-8")
-        assert read_table(path, [])[0].units == {}, text
+        assert read_table(written(tmp_path, text), [])[0].units == {}, text
 
 
 def test_quote_in_a_row_of_numbers_joins_no_lines(tmp_path):
-    path = tmp_path / "log.csv"
-    path.write_text('t,q\n0,1\n1,5" pipe\n' + "2,3\n" * 5, encoding="utf-8")
-    assert read_table(path, [])[0].units == {}
-    assert read_table(path, [])[0].names == ["t", "q"]
+    layout, _ = read_table(written(tmp_path, 't,q\n0,1\n1,5" pipe\n' + "2,3\n" * 5), [])
+    assert (layout.units, layout.names) == ({}, ["t", "q"])
 
 
 @pytest.mark.parametrize(
@@ -90,19 +91,17 @@ def test_quote_in_a_row_of_numbers_joins_no_lines(tmp_path):
     ],
 )
 def test_row_with_more_cells_than_the_header_is_refused(text, row, cells, tmp_path):
-    (tmp_path / "log.csv").write_text(text, encoding="utf-8")
     with pytest.raises(InputError, match=f"the header has 3 names, but row {row} has {cells} cells: a column has no "):
-        read_table(tmp_path / "log.csv", ["t", "q", "u"])
+        read_table(written(tmp_path, text), ["t", "q", "u"])
 
 
 def test_last_line_of_words_and_rows_without_a_header_may_be_longer_and_a_header_too(tmp_path):
-    (tmp_path / "log.csv").write_text("t,q,u,v\n0.0,1.5,-2\n0.1,1.25,30\n", encoding="utf-8")
-    assert read_table(tmp_path / "log.csv", ["u"])[1]["u"].tolist() == [-2.0, 30.0]
-    (tmp_path / "log.csv").write_text("t,q\n0.0,1.5\nended, by hand, at noon\n", encoding="utf-8")
+    longer = written(tmp_path, "t,q,u,v\n0.0,1.5,-2\n0.1,1.25,30\n")
+    assert read_table(longer, ["u"])[1]["u"].tolist() == [-2.0, 30.0]
+    words = written(tmp_path, "t,q\n0.0,1.5\nended, by hand, at noon\n")
     with pytest.warns(UserWarning, match="is no number"):
-        assert read_table(tmp_path / "log.csv", ["t"])[1]["t"][0] == 0.0
-    (tmp_path / "log.csv").write_text("0.0,1.5\n0.1,1.25,30\n", encoding="utf-8")
-    assert read_table(tmp_path / "log.csv", ["1"])[1]["1"].tolist() == [1.5, 1.25]
+        assert read_table(words, ["t"])[1]["t"][0] == 0.0
+    assert read_table(written(tmp_path, "0.0,1.5\n0.1,1.25,30\n"), ["1"])[1]["1"].tolist() == [1.5, 1.25]
 
 
 def test_columns_without_a_header_are_named_by_their_number(tmp_path):
@@ -114,17 +113,15 @@ def test_columns_without_a_header_are_named_by_their_number(tmp_path):
 
 
 def test_iso_times_become_seconds(tmp_path):
-    text = "t,q\n2024-05-01T10:00:00.250,1\n2024-05-01 10:00:01.500,2\nlater,3\n"
-    (tmp_path / "log.csv").write_text(text, encoding="utf-8")
+    path = written(tmp_path, "t,q\n2024-05-01T10:00:00.250,1\n2024-05-01 10:00:01.500,2\nlater,3\n")
     with pytest.warns(UserWarning, match="t = 'later' in row 3 is no number"):
-        time = read_table(tmp_path / "log.csv", ["t"])[1]["t"]
+        time = read_table(path, ["t"])[1]["t"]
     assert np.diff(time[:2]).tolist() == [1.25]
     assert np.isnan(time[2])
 
 
 def test_times_of_a_day_become_seconds(tmp_path):
-    path = tmp_path / "log.csv"
-    path.write_text("t,q\n23:59:59.998,1\n23:59:59.999500,2\n24:01,3\n9:00,4\n:,5\n", encoding="utf-8")
+    path = written(tmp_path, "t,q\n23:59:59.998,1\n23:59:59.999500,2\n24:01,3\n9:00,4\n:,5\n")
     with pytest.warns(UserWarning, match="t = '24:01' in row 3 is no number"):
         _, columns = read_table(path, ["t"])
     assert columns["t"][:2] == pytest.approx([0.0, 1.5e-3], abs=1e-12)
@@ -132,22 +129,20 @@ def test_times_of_a_day_become_seconds(tmp_path):
 
 
 def test_times_of_a_day_go_on_past_midnight(tmp_path):
-    (tmp_path / "log.csv").write_text("t,q\n23:59:59.995,1\n00:00:00,2\n00:00:00.005,3\n", encoding="utf-8")
-    _, columns = read_table(tmp_path / "log.csv", ["t"])
+    _, columns = read_table(written(tmp_path, "t,q\n23:59:59.995,1\n00:00:00,2\n00:00:00.005,3\n"), ["t"])
     assert columns["t"] == pytest.approx([0.0, 0.005, 0.01], abs=1e-9)
 
 
 def test_iso_times_lose_nothing_of_a_microsecond(tmp_path):
     begin = datetime(2026, 3, 1, 23, 59, 59, tzinfo=UTC)
     rows = [f"{(begin + timedelta(microseconds=2000 * k)).isoformat()},{k}" for k in range(1000)]
-    (tmp_path / "log.csv").write_text("\n".join(["t,q", *rows]))
-    _, columns = read_table(tmp_path / "log.csv", ["t", "q"])
+    _, columns = read_table(written(tmp_path, "\n".join(["t,q", *rows])), ["t", "q"])
     assert np.max(np.abs(columns["t"] - 0.002 * np.arange(1000))) < 1e-12
 
 
 def test_known_torque_is_taken_from_that_of_the_drive(tmp_path):
-    (tmp_path / "log.csv").write_text("t,q,u,g\n0,1,5,2\n0.1,2,6,4\n", encoding="utf-8")
-    log = read_log(tmp_path / "log.csv", time="t", position="q", torque="u", known_torque="g", scale={"g": 0.5})
+    path = written(tmp_path, "t,q,u,g\n0,1,5,2\n0.1,2,6,4\n")
+    log = read_log(path, time="t", position="q", torque="u", known_torque="g", scale={"g": 0.5})
     assert log.torque.tolist() == [4.0, 4.0]
 
 
@@ -166,8 +161,7 @@ def test_reading_takes_at_most_five_times_the_size_of_the_columns(gap, tmp_path)
     text = [f"{0.001 * k:.3f},{np.sin(k):.6f},{np.cos(k):.6f}" for k in range(rows)]
     if gap:
         text[rows // 2] = "20.0,,nan"
-    path = tmp_path / "log.csv"
-    path.write_text("t,q,u\n" + "\n".join(text) + "\n", encoding="utf-8")
+    path = written(tmp_path, "t,q,u\n" + "\n".join(text) + "\n")
     tracemalloc.start()
     log = read_log(path, time="t", position="q", torque="u")
     peak = tracemalloc.get_traced_memory()[1]
@@ -177,9 +171,7 @@ def test_reading_takes_at_most_five_times_the_size_of_the_columns(gap, tmp_path)
 
 
 def test_a_quote_that_is_not_closed_is_refused_with_its_line(tmp_path):
-    path = tmp_path / "log.csv"
     rows = [f"{k},{2 * k}" for k in range(20)]
     rows[7] = '7,"14'
-    path.write_text("\n".join(["time,velocity", *rows]) + "\n")
     with pytest.raises(InputError, match="a quote that begins in or after line 9 is not closed"):
-        read_table(path, ["time", "velocity"])
+        read_table(written(tmp_path, "\n".join(["time,velocity", *rows]) + "\n"), ["time", "velocity"])

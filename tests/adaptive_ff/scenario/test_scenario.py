@@ -169,11 +169,6 @@ def test_modified_checks_like_a_file():
         load_scenario().modified(load=1)
 
 
-def test_result_of_a_scenario_as_json_is_a_scenario():
-    scenario = load_scenario().modified(change=[{"time": 30.0, "friction_scale": 0.6}])
-    assert parse_scenario(scenario.model_dump(mode="json", exclude_none=True), "result") == scenario
-
-
 def test_torque_limit_below_stiction_is_cautioned_against():
     assert load_scenario().modified(actuator={"torque_limit": 90.0}).cautions() == []
     assert load_scenario().modified(actuator={"torque_limit": 80.0}).cautions() == [

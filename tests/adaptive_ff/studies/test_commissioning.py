@@ -85,6 +85,7 @@ def test_torque_of_a_log_acts_at_its_stamp_unless_said_otherwise(commissioned, t
     assert refusal(*given, "--torque-delay", "0.003") == "adaptive-ff: seen"
     assert delays == [None, 0.003]  # not known is taken for zero
     assert "--torque-delay are those of a --log" in refusal("commission", scenario, "--torque-delay", "0.003")
+    assert "are those of a --log; give one" in refusal("commission", scenario, "--torque-column", "u")
 
 
 def test_log_in_other_columns_and_units_is_the_same_log(commissioned, tmp_path):
@@ -101,10 +102,6 @@ def test_log_in_other_columns_and_units_is_the_same_log(commissioned, tmp_path):
     assert found.feedback.bandwidth == pytest.approx(first.feedback.bandwidth, rel=1e-3)
     assert "the column i_q seems to be a current in A; give --torque-constant" in refusal(*again, *named, *scaled[:4])
     assert "--torque-column must name a column, as none is called torque" in refusal(*again, *named[:4])
-
-
-def test_columns_without_a_log_are_refused(commissioned):
-    assert "are those of a --log; give one" in refusal("commission", commissioned[2], "--torque-column", "u")
 
 
 def test_log_that_tells_nothing_is_refused(commissioned, tmp_path):

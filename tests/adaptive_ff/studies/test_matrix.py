@@ -121,12 +121,6 @@ def test_results_are_kept_and_run_again_only_where_something_changed(short, tmp_
     assert ran[4:] == jobs[:2]
 
 
-def test_a_cell_holds_what_a_run_of_its_own_gives(short):
-    found = matrix.run_job({}, matrix.Job("paper_100hz", 3, False), ["pi", "adaptive"])
-    run = simulate(matrix.cell_scenario("paper_100hz", 3, False), "adaptive")
-    assert found["adaptive"]["rms_error_settled"] == run.metrics.rms_error_settled
-
-
 def test_controller_that_fails_has_no_figures(short, monkeypatch):
     def fail(scenario):
         raise ValueError("no")
