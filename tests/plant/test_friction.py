@@ -5,15 +5,8 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from plant.friction import (
-    Stribeck,
-    scaled,
-    sliding_friction,
-    sliding_friction_and_slope,
-    steepest_fall,
-    stribeck_decay,
-    yield_torque,
-)
+from plant import Stribeck, sliding_friction, stribeck_decay
+from plant.friction import scaled, sliding_friction_and_slope, steepest_fall, yield_torque
 
 SHAPES = (0.7, 1.0, 1.5, 2.0, 3.0)
 ANY_SHAPE = st.sampled_from(SHAPES) | st.floats(0.3, 4.0)

@@ -7,20 +7,9 @@ import numpy as np
 import pytest
 
 from adaptive_ff import WITH_GRAVITY, WITH_OFFSET, AdaptiveController, TorqueModel
+from adaptive_ff.simulation.metrics import rms
 from controllers import PI, PositionLoop
-from tests.helpers.driven_joint import (
-    GAINS,
-    NOISE,
-    PERIOD,
-    STEPS,
-    drive,
-    make,
-    noise_at,
-    plan,
-    reference_joint,
-    rms,
-    slope,
-)
+from tests.helpers.driven_joint import GAINS, NOISE, PERIOD, STEPS, drive, make, noise_at, plan, reference_joint, slope
 
 TRUE = TorqueModel(20.0, 60.0, 90.0, 80.0, 0.02, 0.05, 1.0)
 

@@ -6,12 +6,8 @@ import numpy as np
 import pytest
 from closed_loops import SCENARIO
 
-from adaptive_ff.baselines.canudas import (
-    INITIAL_COVARIANCE,
-    CanudasController,
-    CanudasMeasuredController,
-    friction_along,
-)
+from adaptive_ff.baselines import CanudasController, CanudasMeasuredController
+from adaptive_ff.baselines.canudas import INITIAL_COVARIANCE, friction_along
 
 GAINS = SCENARIO.feedback.gains
 PERIOD = 0.01

@@ -6,12 +6,8 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from adaptive_ff.baselines.friction_observer import (
-    FrictionObserver,
-    PreslidingState,
-    mobilised_fraction,
-    step_presliding,
-)
+from adaptive_ff.baselines import FrictionObserver
+from adaptive_ff.baselines.friction_observer import PreslidingState, mobilised_fraction, step_presliding
 from adaptive_ff.friction.model import TorqueModel
 
 PERIOD = 0.01

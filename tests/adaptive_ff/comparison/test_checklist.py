@@ -8,25 +8,13 @@ import platform
 
 import numpy as np
 import pytest
-from closed_loops import (
-    LEARNING,
-    LINE_UP,
-    NAMES,
-    SAMPLE,
-    SCENARIO,
-    build_setup,
-    drive,
-    error_of,
-    make,
-    own_loop,
-    run_plain,
-    setup_along,
-)
+from closed_loops import LEARNING, LINE_UP, NAMES, SAMPLE, SCENARIO, drive, error_of, make, own_loop, setup_along
 from nightly import sampled
 
 from adaptive_ff.comparison.registry import CONTROLLERS
 from adaptive_ff.comparison.run import simulate
-from adaptive_ff.simulation.loop import start_position
+from adaptive_ff.simulation.experiment import build_setup
+from adaptive_ff.simulation.loop import run_plain, start_position
 
 SHORT = SCENARIO.modified(duration=6.0)
 EVERY = tuple(CONTROLLERS)  # before a test adds one

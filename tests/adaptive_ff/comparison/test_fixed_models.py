@@ -27,11 +27,8 @@ def error_with(scenario, assumed):
 
 
 def test_every_form_comes_from_every_source_and_the_oracle_is_the_true_lagged_one():
-    names = {
-        f"{form}_{source}"
-        for form in ("coulomb", "stribeck", "lagged")
-        for source in ("nominal", "stale", "batch", "true")
-    }
+    forms, sources = ("coulomb", "stribeck", "lagged"), ("nominal", "stale", "batch", "true")
+    names = {f"{form}_{source}" for form in forms for source in sources}
     assert set(FIXED) == names - {"lagged_true"}
     assert set(FIXED) <= set(CONTROLLERS)
     assert model("lagged", "true") == TRUTH == CONTROLLERS["oracle"](SCENARIO).parameters.model

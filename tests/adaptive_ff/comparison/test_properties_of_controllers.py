@@ -11,11 +11,8 @@ from adaptive_ff import parse_scenario
 from adaptive_ff.comparison.run import simulate
 
 SHORT = SCENARIO.modified(duration=10.0, adaptation={"memory": 20.0})
-FRICTIONLESS = SCENARIO.modified(
-    duration=10.0,
-    joint=dict.fromkeys(("coulomb", "stiction", "viscous", "friction_lag"), 0.0),
-    sensor={"velocity_noise": 0.0},
-)
+SMOOTH = dict.fromkeys(("coulomb", "stiction", "viscous", "friction_lag"), 0.0)
+FRICTIONLESS = SCENARIO.modified(duration=10.0, joint=SMOOTH, sensor={"velocity_noise": 0.0})
 """Nothing to compensate: the inertia is the one that is assumed, and there is no noise to learn from."""
 
 SCALES = {"torque": (4.0, 1.0, 1.0), "time": (1.0, 4.0, 1.0), "angle": (1.0, 1.0, 4.0)}

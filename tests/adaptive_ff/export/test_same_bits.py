@@ -8,18 +8,7 @@ import numpy as np
 import pytest
 from closed_loops import SCENARIO as JOINT
 from closed_loops import build_setup, make, own_loop
-from exports import (
-    DELAYED,
-    SIZES,
-    adaptive,
-    adaptive_with_map,
-    adaptive_with_ripples,
-    inputs,
-    made,
-    needs_gcc,
-    steps_in_c,
-    steps_in_python,
-)
+from exports import DELAYED, SIZES, adaptive, adaptive_variants, inputs, made, needs_gcc, steps_in_c, steps_in_python
 
 from adaptive_ff import AdaptiveController, run_in_c
 from adaptive_ff.baselines.repetitive import Repetitive
@@ -39,9 +28,9 @@ MADE = {
     "adaptive": adaptive,
     "adaptive with offset and lag": lambda: adaptive(SIZES["offset"], 0.0, 0.004),
     "adaptive by direction with delay": lambda: adaptive(SIZES["directions"], 1.5, 0.004),
-    "adaptive with ripples": adaptive_with_ripples,
-    "adaptive with a map of friction": adaptive_with_map,
-    "adaptive with a first map of friction": lambda: adaptive_with_map(
+    "adaptive with ripples": adaptive_variants()["ripples"],
+    "adaptive with a map of friction": adaptive_variants()["map"],
+    "adaptive with a first map of friction": lambda: adaptive_variants()["map"](
         model={"inertia": 20.0, "friction_lag": 0.02, "coulomb": 60.0}, position_map=[0.3, 0.1, *[0.0] * 9]
     ),
 }

@@ -9,13 +9,7 @@ from hypothesis import strategies as st
 from plan_inputs import plan_inputs
 from scipy.integrate import solve_ivp
 
-from adaptive_ff.friction.feedforward import (
-    BENT_FADING,
-    FADING,
-    HELD,
-    FeedforwardState,
-    step_feedforward,
-)
+from adaptive_ff.friction.feedforward import BENT_FADING, FADING, HELD, FeedforwardState, step_feedforward
 from adaptive_ff.friction.model import TorqueModel, directed_friction, model_friction
 from adaptive_ff.scenario.truth import true_model
 from plant import Stribeck, sliding_friction

@@ -8,18 +8,11 @@ from scipy.signal import lfilter
 
 from adaptive_ff import load_scenario
 from adaptive_ff.comparison.registry import observer_bandwidth
-from controllers import (
-    DisturbanceObserver,
-    ExtendedState,
-    difference_velocity,
-    kalman_velocity,
-    kalman_velocity_gains,
-    low_pass_velocity,
-)
+from controllers import DisturbanceObserver, ExtendedState, difference_velocity, kalman_velocity, kalman_velocity_gains
 from controllers.design.observer_design import SLOWEST, disturbance_observer_compensation
 from controllers.design.sampled_loop import SampledLoop, open_loop
 from controllers.design.velocity_filter import NO_FILTER, filter_of
-from controllers.velocity import VELOCITY_ESTIMATORS, direct_velocity, initial_velocity_state
+from controllers.velocity import VELOCITY_ESTIMATORS, direct_velocity, initial_velocity_state, low_pass_velocity
 
 PERIOD = 0.01
 ESTIMATORS = {
