@@ -33,9 +33,9 @@ PHRASES = re.compile(
 """What prose does not say either; other words have an ordinary meaning as well."""
 
 
-def bound_names(tree):
+def bound_names(nodes):
     """Every name that a module binds."""
-    for node in ast.walk(tree):
+    for node in nodes:
         if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef):
             yield node.name
         elif isinstance(node, ast.arg):
@@ -48,9 +48,9 @@ def words_of(name):
     return {word.lower() for word in re.findall(r"[A-Z]?[a-z]+|[A-Z]+", name)}
 
 
-def prose_of(tree, text):
+def prose_of(nodes, text):
     """Docstrings and comments."""
-    for node in ast.walk(tree):
+    for node in nodes:
         if isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant) and isinstance(node.value.value, str):
             yield node.value.value
     yield from re.findall(r"(?:^|\s)# .*", text)
@@ -61,10 +61,9 @@ def test_names_and_prose_are_of_the_field(room):
     found = []
     for path in sorted([*(ROOT / "adaptive_ff").glob(f"{room}.py"), *(ROOT / "adaptive_ff" / room).rglob("*.py")]):
         text = path.read_text(encoding="utf-8")
-        tree = ast.parse(text)
-        for name in sorted(set(bound_names(tree)) - KEYS):
+        nodes = list(ast.walk(ast.parse(text)))
+        for name in sorted(set(bound_names(nodes)) - KEYS):
             found += [f"{path.name}: {name}: {TERMS[word]}" for word in sorted(words_of(name) & TERMS.keys())]
-        found += [
-            f"{path.name}: {word!r} in {prose!r}" for prose in prose_of(tree, text) for word in PHRASES.findall(prose)
-        ]
+        said = [(word, prose) for prose in prose_of(nodes, text) for word in PHRASES.findall(prose)]
+        found += [f"{path.name}: {word!r} in {prose!r}" for word, prose in said]
     assert found == []

@@ -12,7 +12,8 @@ from adaptive_ff.comparison.registry import make_controller
 from controllers import PI, PositionLoop
 from plant import Actuator, ElasticJoint, Joint
 
-SCENARIO = load_scenario().modified(duration=1.0, adaptation={"identify": "offset"})  # without a position
+WITHOUT_POSITION = {"adaptation": {"identify": "offset"}}
+SCENARIO = load_scenario().modified(duration=0.5, reference={"fade_in": 0.2}, **WITHOUT_POSITION)
 PERIOD = SCENARIO.sampling.period
 CONNECTIONS = [
     ["controller.velocity", "sensor.measured"],

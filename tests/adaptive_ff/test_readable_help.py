@@ -20,8 +20,8 @@ def text_of(thing):
 
 @pytest.mark.parametrize("package", [adaptive_ff, controllers], ids=lambda package: package.__name__)
 def test_help_of_public_names_shows_no_internals(package):
-    found = {name: [word for word in NOISE if word in text_of(getattr(package, name))] for name in package.__all__}
-    assert {name: words for name, words in found.items() if words} == {}
+    texts = {name: text_of(getattr(package, name)) for name in package.__all__}
+    assert [(name, word) for name, text in texts.items() for word in NOISE if word in text] == []
 
 
 def test_help_of_package_begins_with_what_is_there_for_which_task():

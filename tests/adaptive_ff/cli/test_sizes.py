@@ -19,7 +19,7 @@ pytestmark = pytest.mark.usefixtures("compiled")
 
 @pytest.fixture(scope="module")
 def log(tmp_path_factory):
-    return write_log(tmp_path_factory.mktemp("sizes") / "log.csv", duration=20.0, period=0.005, noise=0.1)
+    return write_log(tmp_path_factory.mktemp("sizes") / "log.csv", duration=10.0, period=0.005, noise=0.1)
 
 
 def check(text, height=HEIGHT):

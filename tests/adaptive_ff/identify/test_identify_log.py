@@ -55,7 +55,7 @@ def test_reversed_motion_and_torque_are_the_same_joint(found):
 
 
 def test_velocities_and_positions_tell_the_same():
-    found = identify_log(make_log(noise=0.1, as_position=False))
+    found = identify_log(make_log(noise=0.1, period=0.004, as_position=False))
     for name, true in JOINT.items():
         assert found.parameters[name].value == pytest.approx(true, rel=0.01)
 
@@ -172,7 +172,7 @@ def test_friction_that_rises_with_the_torque_of_the_gear_is_apart_from_coulomb()
 
 
 def test_a_torque_that_acts_later_is_shifted():
-    log = make_log(noise=0.02)
+    log = make_log(noise=0.02, period=0.004)
     late = Log("log", log.time, np.interp(log.time + 0.01, log.time, log.torque), position=log.position)
     found = identify_log(late, torque_delay=0.01)
     for name, true in JOINT.items():
@@ -184,7 +184,7 @@ def test_other_log_and_held_out_end_are_validated_on():
     own = identify_log(LOG, held_out=0.25)
     assert own.validated_on == "the end of the log"
     assert own.validation == pytest.approx(own.best.left, rel=0.5)
-    other = make_log(noise=0.1, viscous=6.0, seed=102)
+    other = make_log(noise=0.1, period=0.004, viscous=6.0, seed=102)
     found = identify_log(LOG, validation=Log("other", other.time, other.torque, position=other.position))
     assert found.validation > 10.0 * found.best.left
     with pytest.raises(InputError, match="the log to validate on is the one that is fitted"):

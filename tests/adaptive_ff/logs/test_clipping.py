@@ -27,7 +27,7 @@ def test_torque_that_is_cut_off_is_said_to_be(limits, shown):
 
 
 def test_identification_says_it():
-    log = make_log(noise=0.05)
+    log = make_log(noise=0.05, period=0.004)
     np.clip(log.torque, -8.0, 8.0, out=log.torque)
     assert any(caution.startswith("the torque is exactly -8 or 8") for caution in identify_log(log).cautions)
 

@@ -46,7 +46,7 @@ def test_a_clock_of_few_ticks_tells_the_sample_time_too(rounding):
 
 def test_log_of_a_rounded_clock_tells_the_joint():
     """Nearly the whole log was lost, in segments of two samples."""
-    log, _ = rounded_clock(2000.0)
+    log, _ = rounded_clock(2000.0, duration=15.0)
     found = identify_log(log)
     assert found.data.used == log.time.size
     assert any("as of a rounded clock" in caution for caution in found.cautions)

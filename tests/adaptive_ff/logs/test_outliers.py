@@ -87,7 +87,7 @@ def test_glitch_in_a_gap_that_cannot_be_bridged_is_kept():
 
 def loop_with_jumping_reference(period):
     """A joint of 0.5 kg m^2 under a fast velocity loop, whose reference jumps: real peaks of two or three rows."""
-    time = period * np.arange(round(40.0 / period))
+    time = period * np.arange(round(20.0 / period))
     reference = np.sign(np.sin(0.1 * np.pi * time)) * (time % 20.0 > 3.0)
     velocity, torque, velocities = 0.0, np.empty(time.size), np.empty(time.size)
     for k in range(time.size):

@@ -157,7 +157,7 @@ def test_formats_that_are_not_read_get_a_hint(ending, hint, tmp_path):
 
 @pytest.mark.parametrize("gap", [False, True])
 def test_reading_takes_at_most_five_times_the_size_of_the_columns(gap, tmp_path):
-    rows = 15_000
+    rows = 8_000
     text = [f"{0.001 * k:.3f},{np.sin(k):.6f},{np.cos(k):.6f}" for k in range(rows)]
     if gap:
         text[rows // 2] = "20.0,,nan"

@@ -52,7 +52,7 @@ def test_standstill_is_held_and_teaches_nothing():
 
 
 def test_torque_of_something_else_is_said():
-    log = make_log()
+    log = make_log(duration=10.0)
     noise = 5.0 * np.random.default_rng(3).standard_normal(log.time.size)
     found = replay_log(Log("log", log.time, noise, position=log.position), inertia=2.0)
     assert any("More torque than without any feedforward is left by" in note for note in found.notes)

@@ -9,7 +9,6 @@ from scenario_files import built_in, write_scenario
 
 from adaptive_ff import InputError, load_scenario, simulate
 from adaptive_ff.files import write_csv
-from adaptive_ff.identify import identification
 from adaptive_ff.studies import motion
 
 
@@ -17,7 +16,7 @@ from adaptive_ff.studies import motion
 def commissioned(tmp_path_factory):
     """Run the command once, with a search that is short: the folder, what it printed, and the scenario."""
     folder = tmp_path_factory.mktemp("commissioned")
-    content = {**built_in(), "duration": 6.0, "sampling": {"period": 0.002}, "sensor": {"velocity_noise": 5e-4}}
+    content = {**built_in(), "duration": 4.0, "sampling": {"period": 0.002}, "sensor": {"velocity_noise": 5e-4}}
     scenario = write_scenario(folder, content)
     with pytest.MonkeyPatch.context() as patch:
         search_shortly(patch)
@@ -79,7 +78,7 @@ def test_torque_of_a_log_acts_at_its_stamp_unless_said_otherwise(commissioned, t
         delays.append(torque_delay)
         raise InputError("seen")
 
-    monkeypatch.setattr(identification, "identify_log", seen)
+    monkeypatch.setattr("adaptive_ff.identify_log", seen)
     given = ("commission", scenario, "--log", folder / "log.csv", "--out", tmp_path / "again")
     assert refusal(*given) == "adaptive-ff: seen"
     assert refusal(*given, "--torque-delay", "0.003") == "adaptive-ff: seen"

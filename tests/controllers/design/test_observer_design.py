@@ -16,7 +16,7 @@ def design(name, bandwidth=None, *, period=PERIOD, gains=GAINS, inertia=INERTIA,
     return CLASSES[name].design(inertia, period, *used, bandwidth, **others)
 
 
-def sensitivity_of_the_running_loop(name, bandwidth, delay=0, period=PERIOD, gains=GAINS, count=1 << 12):
+def sensitivity_of_the_running_loop(name, bandwidth, delay=0, period=PERIOD, gains=GAINS, count=1 << 11):
     """``1/(1 + L)`` from a run: the measured velocity after an impulse on the measurement, transformed.
 
     The impulse comes late, because the first measurement starts the observer.
