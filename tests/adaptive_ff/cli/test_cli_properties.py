@@ -43,9 +43,8 @@ def value_at(content, path):
 COMPLETE = complete()
 PATHS = list(paths_in(COMPLETE))
 TABLES = ["joint", "sampling", "sensor", "actuator", "reference", "feedback", "adaptation", "fixed", "change.0"]
-NUMBERS = [path for path in PATHS if path.rpartition(".")[2] not in ("kind", "controllers") and path not in TABLES]
-NUMBERS = [path for path in NUMBERS if path not in ("controllers.0", "reference.frequencies", "reference.amplitudes")]
-NUMBERS = [path for path in NUMBERS if path not in ("change", "seed")]
+OTHERS = (*TABLES, "change", "controllers", "controllers.0", "reference.kind", "reference.frequencies")
+NUMBERS = [path for path in PATHS if path not in (*OTHERS, "reference.amplitudes", "seed")]
 REQUIRED = [f"joint.{name}" for name in ("inertia", "coulomb", "stiction", "viscous", "stribeck_velocity")]
 REQUIRED += ["joint", "feedback", "feedback.inertia", "adaptation", "change.0.time"]
 

@@ -18,17 +18,9 @@ BRIEF = {
     "phases": [Phase.explicit, Phase.reuse, Phase.generate],  # shrinking a run of seconds takes minutes
 }
 ANY = st.floats(allow_nan=True, allow_infinity=True)
-BURSTS = st.lists(
-    st.tuples(
-        st.sampled_from(Inputs._fields),
-        st.integers(0, BAD - 1),
-        st.sampled_from([1, 1, 3, 20, BAD]),
-        st.lists(ANY, min_size=1, max_size=4),
-    ),
-    min_size=1,
-    max_size=5,
-)
-"""Bursts of bad values of one input each: name, first sample, length, values in turn."""
+TURNS = st.lists(ANY, min_size=1, max_size=4)
+BURST = st.tuples(st.sampled_from(Inputs._fields), st.integers(0, BAD - 1), st.sampled_from([1, 1, 3, 20, BAD]), TURNS)
+"""Bad values of one input: name, first sample, length, values in turn."""
 
 WRONG_PLAN = [
     ("inertia", 69, 200, [3.5473302119657204e16, 2.674475009827795e-303]),
@@ -95,7 +87,7 @@ TAUGHT = pytest.mark.xfail(reason="a plan that leaps to what a machine can just 
 
 @pytest.mark.parametrize("name", ["pi", pytest.param("adaptive", marks=TAUGHT)])
 @settings(max_examples=4, **BRIEF)
-@given(bursts=BURSTS)
+@given(bursts=st.lists(BURST, min_size=1, max_size=5))
 @example(bursts=[("reference", 79, 200, [1e-9]), ("next_reference", 79, 1, [1e-9])])
 @example(bursts=WRONG_PLAN)
 @example(bursts=HALF_TOLD)

@@ -251,10 +251,7 @@ def test_controller_is_loaded_from_a_file_on_the_command_line(source, tmp_path, 
         ("{}:Other", "there is no Other; there are Mine, make"),
         ("pi={}:Mine", "own = 'pi' is not allowed: that is the name of a controller of this package"),
         ("{}", "must be FILE.py:NAME"),
-        (
-            "../mine={}:Mine",
-            "own = '../mine' is not allowed: it names files, so it must be printable, without any of / ",
-        ),
+        ("../me={}:Mine", "own = '../me' is not allowed: it names files, so it must be printable, without any of / "),
         ("={}:Mine", "own = '' is not allowed: it names files, so it must be "),
     ],
 )

@@ -116,11 +116,10 @@ MOVED = {
 }
 
 
-@pytest.mark.parametrize(
-    ("page", "machine"),
-    [(1, "robot joint"), *(pytest.param(3, name, marks=pytest.mark.nightly) for name in MOVED)],
-    indirect=["page"],
-)
+MACHINES = [(1, "robot joint"), *(pytest.param(3, name, marks=pytest.mark.nightly) for name in MOVED)]
+
+
+@pytest.mark.parametrize(("page", "machine"), MACHINES, indirect=["page"])
 def test_the_file_of_moved_sliders_gives_the_same_series_and_figures(browser, page, tmp_path, machine):
     motion, stops = MOVED[machine]
     opened(browser, page, f"#machine={machine}&motion={motion}")
