@@ -8,7 +8,7 @@ from typing import Annotated, Any
 import typer
 
 import adaptive_ff
-from adaptive_ff.cli.options import ScenarioFile
+from adaptive_ff.cli.options import Common, ScenarioFile
 from adaptive_ff.cli.output import Printer
 from adaptive_ff.errors import InputError, read_text
 
@@ -61,6 +61,7 @@ def export_command(
     single: Annotated[bool, typer.Option("--float")] = False,  # compute in single precision
     # also write an FMU for co-simulation, of this version of FMI
     fmu: Annotated[str | None, typer.Option(metavar="2.0|3.0")] = None,
+    common: Common = Common(),  # noqa: B008 - the defaults of the options
 ) -> None:
     """Write a controller as C99 source, with a self-test, an example and a CMake file."""
     from adaptive_ff.comparison.registry import make_for_machine
@@ -100,6 +101,7 @@ def _read(state: Path) -> dict[str, Any]:
 
 def playground_command(
     out: Path = Path("playground.html"),  # file of the page
+    common: Common = Common(),  # noqa: B008
 ) -> None:
     """Write a page on which PI and adaptive run in a browser, with sliders; it needs no network."""
     from adaptive_ff.playground.page import write_page

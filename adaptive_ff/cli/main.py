@@ -3,6 +3,7 @@
 Every command imports what it needs inside itself, so that ``--help`` answers before numpy or matplotlib are loaded.
 """
 
+import gc
 import multiprocessing
 import signal
 import sys
@@ -29,6 +30,8 @@ from adaptive_ff.errors import InputError
 
 BAD_INPUT, INTERRUPTED, TERMINATED = 2, 130, 128 + signal.SIGTERM
 """Exit statuses, the last of a command that was asked to end."""
+
+GARBAGE = 50_000  # objects more than before after which cycles are looked for; with 700 that is a twentieth of compare
 
 app = typer.Typer(
     help="Adaptive friction-compensating velocity control of robot and machine joints.",
@@ -60,11 +63,10 @@ def version_command() -> None:
     typer.echo(adaptive_ff.__version__)
 
 
-app.command("new")(command(new_command, common=False))
-app.command("scenarios")(scenarios_command)
 for _command in (
-    *(compare_command, matrix_command, sweep_command, tune_command, excite_command, commission_command),
-    *(identify_command, replay_command, export_command, score_command, playground_command),
+    *(new_command, scenarios_command, compare_command, matrix_command, sweep_command, tune_command),
+    *(excite_command, commission_command, identify_command, replay_command, export_command, score_command),
+    playground_command,
 ):
     app.command(_command.__name__.removesuffix("_command"))(command(_command))
 
@@ -73,7 +75,7 @@ def main() -> None:
     """Run the command line; bad input ends it with status 2 and one line."""
     if isinstance(sys.stdout, TextIOWrapper):
         sys.stdout.reconfigure(errors="replace")  # a terminal may not know all characters
-    with warnings.catch_warnings(), ending_in_order():
+    with warnings.catch_warnings(), ending_in_order(), collecting_seldom():
         warnings.showwarning = _show_warning
         try:
             status = app(standalone_mode=False)
@@ -105,6 +107,17 @@ def ending_in_order() -> Iterator[None]:
         yield
     finally:
         signal.signal(signal.SIGTERM, default)
+
+
+@contextmanager
+def collecting_seldom() -> Iterator[None]:
+    """Let the garbage collector look for cycles seldom: imports and pictures make many objects, and nearly all stay."""
+    usual = gc.get_threshold()
+    gc.set_threshold(GARBAGE)
+    try:
+        yield
+    finally:
+        gc.set_threshold(*usual)
 
 
 def _end(number: int, frame: FrameType | None) -> None:

@@ -109,29 +109,23 @@ def _option(name: str, kind: Any, default: Any, texts: dict[str, str]) -> inspec
     return inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=kind)
 
 
-def command(function: Callable[..., Any], *, common: bool = True) -> Callable[..., Any]:
-    """Return a command in whose place of each group stand the options of the group; it may have the common ones.
+def command(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Return a command in whose place of each group stand the options of the group.
 
     A parameter that is annotated with a dataclass gets the fields of it as options; their defaults are those of the
-    parameter's default, else of the dataclass.
+    parameter's default.
     """
     groups: dict[str, Any] = {}
     parameters: list[inspect.Parameter] = []
     own = described(function)
-
-    def add_group(kind: Any, made: Any) -> None:
-        texts = {name: text for base in reversed(kind.__mro__[:-1]) for name, text in described(base).items()}
-        parameters.extend(_option(one.name, one.type, getattr(made, one.name), texts) for one in fields(kind))
-
     for name, parameter in inspect.signature(function).parameters.items():
-        if is_dataclass(kind := parameter.annotation):
-            groups[name] = kind
-            add_group(kind, parameter.default)
+        kind, default = parameter.annotation, parameter.default
+        if is_dataclass(kind):
+            groups[name], bases = kind, reversed(type(default).__mro__[:-1])
+            texts = {field: text for base in bases for field, text in described(base).items()}
+            parameters += [_option(one.name, one.type, getattr(default, one.name), texts) for one in fields(kind)]
         else:
-            parameters.append(_option(name, kind, parameter.default, own))
-    if common and not any(issubclass(kind, Common) for kind in groups.values()):
-        groups[""] = Common  # no parameter of the function
-        add_group(Common, Common())
+            parameters.append(_option(name, kind, default, own))
 
     @functools.wraps(function)
     def wrapped(**given: Any) -> Any:
@@ -144,7 +138,7 @@ def command(function: Callable[..., Any], *, common: bool = True) -> Callable[..
             _ = chosen.drawn  # refused before anything runs
             SETTINGS.quiet |= chosen.json == STANDARD_OUTPUT
         try:
-            return function(**given, **{name: one for name, one in filled.items() if name})
+            return function(**given, **filled)
         finally:
             SETTINGS.quiet, SETTINGS.tables = False, TableForm.TEXT
 

@@ -57,26 +57,22 @@ def fmu_variables(export: Export) -> list[Variable]:
     units = {name: unit(text) for name, text in texts.items()}
     for name in optional_inputs():  # else one who connects it alone would not learn that it is not used
         texts[name] = f"Used only while {name}_known is true. {texts[name]}"
-    reals = [(name, "input", texts[name], units[name], "0") for name in export.input_names if name != "dt"]
+    found = [(name, "Real", "input", texts[name], units[name], "0") for name in export.input_names if name != "dt"]
     for place in range(export.regressor_count):
-        reals.append((f"regressors[{place}]", "input", "Further known regressor.", "", "0"))
+        found.append((f"regressors[{place}]", "Real", "input", "Further known regressor.", "", "0"))
     for name, text in described(Output).items():
-        reals.append((f"{name}{'_out' * (name in export.input_names)}", "output", text, unit(text), ""))
+        found.append((f"{name}{'_out' * (name in export.input_names)}", "Real", "output", text, unit(text), ""))
     for name in export.controller.estimate_names:
-        reals.append((f"estimates.{name}", "output", "Physical estimate.", estimate_unit(name), ""))
-    flags = [(f"{name}_known", f"Whether {name} is known.", "false") for name in optional_inputs()]
+        found.append((f"estimates.{name}", "Real", "output", "Physical estimate.", estimate_unit(name), ""))
+    for name in optional_inputs():
+        found.append((f"{name}_known", "Boolean", "input", f"Whether {name} is known.", "", "false"))
     for switch in export.switches:
         state = value_at(export.controller.state, switch.leaves[0].path)
-        flags.append((switch.name, switch.doc, "true" if state else "false"))
-    found = [
-        Variable(name, "Real", place, causality, plain(text), in_unit if in_unit in UNITS else "", start)
-        for place, (name, causality, text, in_unit, start) in enumerate(reals)
+        found.append((switch.name, "Boolean", "input", switch.doc, "", "true" if state else "false"))
+    return [
+        Variable(name, kind, place, causality, plain(text), in_unit if in_unit in UNITS else "", start)
+        for place, (name, kind, causality, text, in_unit, start) in enumerate(found)
     ]
-    found += [
-        Variable(name, "Boolean", place, "input", plain(text), "", start)
-        for place, (name, text, start) in enumerate(flags, start=len(reals))
-    ]
-    return found
 
 
 def model_description(export: Export, version: str, token: str) -> str:
