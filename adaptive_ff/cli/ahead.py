@@ -12,7 +12,7 @@ import warnings
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
-from functools import cache, partial
+from functools import partial
 from itertools import islice
 from pathlib import Path
 from typing import Any
@@ -51,19 +51,6 @@ def lengthened(state: Any, length: int) -> Any:
     return type(state)(*items) if hasattr(state, "_fields") else tuple(items)
 
 
-@cache
-def made(name: str) -> Any:
-    """Return a controller for the built-in scenario."""
-    return make_controller(load_scenario(), name)
-
-
-def ask_for_step(name: str, length: int) -> None:
-    """Ask for step, estimates and monitors of a controller for a length of delay lines."""
-    controller = made(name)
-    with suppress(NoCompiler):
-        Native(controller.parameters, lengthened(controller.state, length))
-
-
 def ask_for_loop(scenario: str, estimator: str) -> None:
     """Ask for the loop over the joint of a scenario with a velocity estimator, which serves every controller."""
     setup = build_setup(load_scenario(scenario))._replace(observer=ESTIMATORS[estimator]())
@@ -84,11 +71,12 @@ def ask_for_all() -> None:
     """Ask for everything that comes with a wheel."""
     # what is identified or tuned by a simulation first has the kernels of others
     names = [name for name in reversed(CONTROLLERS) if not name.endswith(("_batch", "_tuned"))]
-    kinds = {type(made(name).parameters): name for name in names}
+    kinds = {type(one.parameters): one for one in (make_controller(load_scenario(), name) for name in names)}
     joints = {type(load_scenario(name).joint.parameters): name for name in reversed(scenario_names())}
-    for name in kinds.values():
-        for length in LENGTHS:
-            ask_for_step(name, length)
+    for controller in kinds.values():
+        for length in LENGTHS:  # of delay lines
+            with suppress(NoCompiler):
+                Native(controller.parameters, lengthened(controller.state, length))
     for joint in joints.values():
         for each in ESTIMATORS:
             ask_for_loop(joint, each)

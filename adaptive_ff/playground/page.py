@@ -23,9 +23,8 @@ from adaptive_ff import __version__
 from adaptive_ff.comparison.registry import make_controller
 from adaptive_ff.errors import InputError
 from adaptive_ff.files import staged
-from adaptive_ff.playground.image import Blob, Json, changes, image
 from adaptive_ff.playground.machines import Machine, Slider, machines
-from adaptive_ff.playground.webassembly import webassembly
+from adaptive_ff.playground.webassembly import Blob, Json, changes, image, webassembly
 from adaptive_ff.scenario.axis_units import axis_unit
 from adaptive_ff.scenario.scenario import Scenario
 from adaptive_ff.simulation.experiment import build_setup, empty_record
@@ -74,11 +73,7 @@ def _slider(machine: Machine, slider: Slider, blob: Blob) -> Json:
     stops = range(len(slider.stops))
     found = [machine.modified(motion, slider.beside, slider.changed(stop)) for stop in stops]
     return {
-        "name": slider.name,
-        "unit": slider.unit,
-        "says": slider.says,
-        "stops": slider.stops,
-        "start": slider.start,
+        **{name: getattr(slider, name) for name in ("name", "unit", "says", "stops", "start")},
         "tables": [slider.changed(stop) for stop in stops],
         "changes": [changes([arguments(one, name) for one in found], blob) for name in CONTROLLERS],
         "settled": [_spans(one)["settled"] for one in found],
