@@ -98,12 +98,10 @@ def export_controller(
         raise InputError(f"with_fmu = {also_fmu!r} is not allowed: it must be one of {', '.join(VERSIONS)}")
     export = Export(controller, prefix, single)
     with exporting():  # a number may be too large for single precision
-        files = project_files(export)
-        archive = fmu(export, also_fmu) if also_fmu else None
-    names = [*files, *([f"{prefix}.fmu"] if archive is not None else [])]
+        files = {name: text.encode("ascii") for name, text in project_files(export).items()}
+        if also_fmu:
+            files[f"{prefix}.fmu"] = fmu(export, also_fmu)
     with staged(folder) as stage:
-        for name, text in files.items():
-            (stage / name).write_text(text, encoding="ascii")
-        if archive is not None:
-            (stage / f"{prefix}.fmu").write_bytes(archive)
-    return [folder / name for name in names]
+        for name, content in files.items():
+            (stage / name).write_bytes(content)
+    return [folder / name for name in files]
