@@ -140,8 +140,9 @@ def of_adaptive(measure: Callable[[], dict[str, float]], controllers: list[str])
 def commands() -> dict[str, float]:
     """Time ``adaptive-ff --help`` and a first and a later ``compare``, whole processes."""
     with tempfile.TemporaryDirectory() as folder:
-        fresh = {**os.environ, **dict.fromkeys(CACHES, folder)}
+        fresh = {**os.environ, **dict.fromkeys(CACHES, folder), "PYTHONDONTWRITEBYTECODE": ""}
         command = [sys.executable, "-m", "adaptive_ff"]
+        timed([sys.executable, "-m", "compileall", "-q", "adaptive_ff", "plant", "controllers"], cwd=ROOT)  # as pip
         compare = [*command, "compare", "--out", str(Path(folder, "out"))]
         return {
             "help": np.median([timed([*command, "--help"], env=fresh)[0] for _ in range(5)]).item(),
