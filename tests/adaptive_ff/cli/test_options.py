@@ -89,7 +89,7 @@ def test_thinned_series_are_short_and_figures_of_the_whole_run(tmp_path):
     assert found[10][1] == pytest.approx(found[1][1], rel=1e-9)
 
 
-def test_stiffness_leaves_slow_loops_out_and_details_show_all(tmp_path):
+def test_stiffness_leaves_slow_loops_out_and_details_show_all(tmp_path, without_pictures):
     scenario = write_scenario(tmp_path, {**short(), "duration": 2.0})
     once = ("tune", scenario, "--controller", "pi", "--seeds", 1, "--tuning-seeds", 1, "--out", tmp_path / "out")
     assert run_command_line(*once).status == 0

@@ -58,7 +58,7 @@ def test_files_are_written_and_json_and_table_say_the_same(result):
     assert "in its loop the controller learns along its reference" in outcome.out
 
 
-def test_saved_state_is_where_the_next_log_starts(result):
+def test_saved_state_is_where_the_next_log_starts(result, without_pictures):
     folder, _ = result
     state = folder / "state.json"
     outcome = run_command_line("replay", folder / "log.csv", *OPTIONS, "--state", state, "--out", folder / "next")
@@ -80,7 +80,7 @@ def test_command_and_function_agree(result):
     assert replay_log(log).to_dict()["left"] == found["left"]
 
 
-def test_linear_axis_has_its_units(result, tmp_path):
+def test_linear_axis_has_its_units(result, tmp_path, without_pictures):
     folder, _ = result
     outcome = run_command_line("replay", folder / "log.csv", *OPTIONS, "--linear", "--out", tmp_path)
     assert re.search(r"^ +[mµ]?N +[mµ]?N +[mµ]?N$", outcome.out, re.MULTILINE)

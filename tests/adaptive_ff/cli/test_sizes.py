@@ -50,7 +50,7 @@ def check(text, height=HEIGHT):
     ],
     ids=" ".join,
 )
-def test_output_fits_a_terminal(command, log, tmp_path, monkeypatch):
+def test_output_fits_a_terminal(command, log, tmp_path, monkeypatch, without_pictures):
     monkeypatch.chdir(tmp_path)
     search_shortly(monkeypatch)
     monkeypatch.setattr(bandwidth_study, "tried_bandwidths", lambda scenario: tried_bandwidths(scenario)[-2:])

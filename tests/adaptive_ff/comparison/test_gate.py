@@ -182,7 +182,7 @@ def test_recorded_reference_may_lie_elsewhere(baseline):
     assert scenario_differences(here, content) == ['reference.path is "motion.csv" there and "other.csv" here']
 
 
-def test_command_line_passes_and_fails(baseline, tmp_path):
+def test_command_line_passes_and_fails(baseline, tmp_path, without_pictures):
     arguments = gated(tmp_path, SHORT, "--baseline", baseline)
     outcome = run_command_line(*arguments)
     assert outcome.status == 0
@@ -202,7 +202,7 @@ def test_command_line_passes_and_fails(baseline, tmp_path):
         assert run_command_line(*arguments, *passing).status == 0, passing
 
 
-def test_change_of_gains_is_gated_on_demand(baseline, tmp_path):
+def test_change_of_gains_is_gated_on_demand(baseline, tmp_path, without_pictures):
     """A slower loop is another scenario; across gains its figures are compared, and are worse."""
     slower = SHORT.modified(feedback={"bandwidth": 5.0})
     arguments = gated(tmp_path, slower, "--baseline", baseline)

@@ -10,6 +10,7 @@ from mcap.reader import make_reader
 
 from adaptive_ff import InputError, compare, load_scenario, read_log
 from adaptive_ff.report import viewers
+from adaptive_ff.reported import Reported
 
 SCENARIO = load_scenario().modified(duration=12.0, controllers=["pi", "adaptive"])
 
@@ -22,6 +23,7 @@ def folder(tmp_path_factory):
     (place / "short.toml").write_text(to_toml(SCENARIO))
     log = ["results/pi.csv", "--velocity", "measured", "--torque", "torque"]
     with pytest.MonkeyPatch.context() as monkey:
+        monkey.setattr(Reported, "plot", lambda result, folder: {})
         monkey.chdir(place)
         for command in (["compare", "short.toml"], ["identify", *log], ["replay", *log]):
             done = run_command_line(*command, "--mcap", f"{command[0]}.mcap")

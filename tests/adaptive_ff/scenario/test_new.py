@@ -69,7 +69,7 @@ def test_loop_suits_the_encoder(options, resolution):
     assert settled_error(scenario, CONTROLLERS["oracle"]) < 0.9 * error  # friction is what is left, not counts
 
 
-def test_loop_that_is_too_fast_for_its_encoder_is_warned_of(tmp_path):
+def test_loop_that_is_too_fast_for_its_encoder_is_warned_of(tmp_path, without_pictures):
     """61 Hz with 4096 counts behind 50 Hz: a sensitivity of 2.7 and 24 degrees, and nothing but counts in the error."""
     text = run_command_line("new", "--inertia", 0.5, "--torque", 20, "--speed", 6, *ENCODERS["coarse, filtered"][0]).out
     file = tmp_path / "joint.toml"

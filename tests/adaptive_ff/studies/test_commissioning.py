@@ -56,7 +56,7 @@ def test_gain_is_that_of_runs_on_the_true_joint(commissioned):
     assert gain["before"] == before[2]
 
 
-def test_log_takes_the_place_of_the_recording(commissioned, tmp_path):
+def test_log_takes_the_place_of_the_recording(commissioned, tmp_path, without_pictures):
     folder, _, scenario = commissioned
     held = ("--torque-delay", "0.001")  # over the period of 2 ms that begins with a row
     outcome = run_command_line("commission", scenario, "--log", folder / "log.csv", *held, "--out", tmp_path / "again")
@@ -87,7 +87,7 @@ def test_torque_of_a_log_acts_at_its_stamp_unless_said_otherwise(commissioned, t
     assert "are those of a --log; give one" in refusal("commission", scenario, "--torque-column", "u")
 
 
-def test_log_in_other_columns_and_units_is_the_same_log(commissioned, tmp_path):
+def test_log_in_other_columns_and_units_is_the_same_log(commissioned, tmp_path, without_pictures):
     folder, _, scenario = commissioned
     series = np.genfromtxt(folder / "log.csv", delimiter=",", names=True)
     changed = {"ms": 1e3 * series["time"], "w": np.degrees(series["velocity"]), "i_q": series["torque"] / 8.0}

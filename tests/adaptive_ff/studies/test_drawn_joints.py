@@ -93,7 +93,7 @@ def test_scenario_written_as_toml_reads_back_equal(tmp_path):
     assert load_scenario(path) == scenario
 
 
-def test_command_line_writes_the_worst_cases(tmp_path):
+def test_command_line_writes_the_worst_cases(tmp_path, without_pictures):
     scenario = write_scenario(tmp_path, SHORT.model_dump(mode="json", exclude_none=True))
     out = tmp_path / "out"
     outcome = run_command_line("sweep", scenario, "--runs", 6, "--seed", 5, "--out", out, "--json", tmp_path / "r.json")
