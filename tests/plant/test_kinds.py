@@ -1,6 +1,8 @@
 """What every kind of joint promises: it serves the same loop, stands in the same tables and is refused alike."""
 
+import itertools
 import math
+from functools import partial
 
 import numpy as np
 import pytest
@@ -9,6 +11,9 @@ from stepped_joint import along_paths, run
 
 import plant
 from controllers import compiled
+from plant.elasto_plastic import mobilised_torque
+from plant.lugre import bristle_torque
+from plant.maxwell import Element, added_torque
 
 FRICTION = {"inertia": 20.0, "coulomb": 60.0, "stiction": 90.0, "viscous": 80.0, "stribeck_velocity": 0.05}
 MODELS = {
@@ -76,6 +81,23 @@ def test_friction_settles_on_the_stribeck_curve_of_its_direction(kind, velocity)
     friction = run(joint, start, np.full(6000, joint.offset), 1e-3)[-1, 1]
     curve = joint.friction if velocity > 0.0 else joint.backward
     assert friction == pytest.approx(math.copysign(plant.sliding_friction(curve, abs(velocity)), velocity), rel=1e-6)
+    long, step = plant.initial_state(joint, velocity), plant.STEP_JOINT[type(joint)]
+    after = step(joint, long, joint.offset + friction, 1e-3)
+    assert after.position == pytest.approx(1e-3 * velocity, rel=1e-9)
+    assert tuple(after._replace(position=0.0)) == pytest.approx(long, rel=1e-9)
+
+
+def test_slopes_that_a_speed_is_solved_for_with_are_those_of_differences():
+    elastic = type(MODELS["elasto_plastic"])(**{**MODELS["elasto_plastic"].model_dump(), "viscous_backward": 9.0})
+    joint, curve = elastic.parameters, elastic.friction
+    elements = tuple(Element(0.25, 80.0, 0.02 * slip, load, slip > 0) for slip in (0, 1) for load in (-20.0, 1.0))
+    functions = [partial(added_torque, curve, elements)]
+    functions += [lambda x, y=bending: bristle_torque(curve, y, 100.0, 300.0, x)[:2] for bending in (-80.0, 20.0)]
+    for way, turned, travel in itertools.product((1.0, -1.0), (-0.9, 0.4), (0.0, 5e-4)):
+        functions.append(partial(mobilised_torque, joint, way, turned, travel, 1e-3))
+    for function, speed in itertools.product(functions, (0.003, 0.04, 0.31, 3.0)):
+        (below, _), (above, _) = (function(speed * (1.0 + change)) for change in (-1e-6, 1e-6))
+        assert function(speed)[1] == pytest.approx((above - below) / (2e-6 * speed), rel=1e-5, abs=1e-5)
 
 
 @pytest.mark.parametrize("kind", ["maxwell", "rolling", "elasto_plastic"])
@@ -98,6 +120,9 @@ def test_presliding_is_rate_independent(kind):
         (("stribeck",), "stiction_backward", 59.0, "stiction_backward = 59 N m is less than coulomb_backward = 60 N m"),
         (("stribeck",), "coulomb_backward", 91.0, "stiction_backward = 90 N m is less than coulomb_backward = 91 N m"),
         (KINDS, "motor", 1.0, "motor"),
+        (("maxwell",), "shares", [0.5, 0.5, 0.5, 0.5], "their sum is 2, not one"),
+        (("maxwell",), "displacements", [1e-3, 1e-3, 2e-3, 3e-3], "they must ascend strictly"),
+        (("maxwell",), "displacements", [1e-3, 2e-3, 3e-3], "at least 4 items"),
     ],
 )
 def test_fields_that_do_not_suit_a_kind_are_refused(kinds, field, value, message):

@@ -81,11 +81,6 @@ def test_slow_pre_sliding_follows_the_closed_form_of_its_hysteresis_loop():
     assert np.trapezoid(torque[20_000:], position[20_000:]) > 0.02  # the loop takes energy, N m rad
 
 
-def test_stiffness_at_rest_is_that_of_the_bristles():
-    position = run(JOINT, REST, np.full(3000, 0.09), 1e-3)[-1, 2]
-    assert position == pytest.approx(0.09 / 1e5, rel=1e-3)
-
-
 def test_bristles_are_critically_damped_by_default():
     omega = math.sqrt(1e5 / 20.0)
     times = 1e-5 * np.arange(10_001)

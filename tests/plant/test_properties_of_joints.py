@@ -43,20 +43,6 @@ def inertias(model):
 
 @every
 @settings(max_examples=20)
-@given(forces=torques, velocity=st.floats(-0.5, 0.5))
-def test_step_solves_the_equation_of_motion(kind, forces, velocity):
-    """``J (w+ - w)/h = u - f+ - offset`` for the momentum of all sides together; the friction is that of the end."""
-    model = MODELS[kind]
-    h = model.solver_period
-    for torque, state, after in motion(model, [one for one in forces for _ in range(HELD)], velocity):
-        gained = sum(J * (getattr(after, name) - getattr(state, name)) for name, J in inertias(model).items())
-        impulse = h * (torque - after.friction_torque - model.offset)
-        size = h * (abs(torque) + abs(after.friction_torque)) + model.inertia * abs(SENSED_VELOCITY[type(state)](state))
-        assert gained == pytest.approx(impulse, abs=1e-9 * size + 1e-12)
-
-
-@every
-@settings(max_examples=20)
 @given(forces=torques)
 def test_friction_takes_energy_and_gives_none(kind, forces):
     """From rest, the work done at the motor against friction and inertia is never less than the energy of motion.
@@ -73,18 +59,6 @@ def test_friction_takes_energy_and_gives_none(kind, forces):
         size += model.solver_period * abs(torque * now)
         kinetic = sum(0.5 * J * getattr(after, name) ** 2 for name, J in inertias(model).items())
         assert work >= kinetic - 1e-9 * size - 1e-12
-
-
-@every
-@settings(max_examples=20)
-@given(forces=torques, velocity=st.floats(-0.5, 0.5))
-def test_friction_is_odd(kind, forces, velocity):
-    even = {**MODELS[kind].model_dump(), "offset": 0.0, "stiction_backward": None}
-    model = type(MODELS[kind])(**even)
-    forces = [one for one in forces for _ in range(HELD)]
-    pairs = zip(motion(model, forces, velocity), motion(model, [-one for one in forces], -velocity), strict=True)
-    for (_, _, after), (_, _, mirror) in pairs:
-        assert mirror == tuple(-value for value in after)
 
 
 @every

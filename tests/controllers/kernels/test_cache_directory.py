@@ -5,6 +5,7 @@ import subprocess
 import sys
 import tempfile
 from pathlib import Path
+from unittest.mock import patch
 
 import pytest
 
@@ -38,11 +39,17 @@ def test_without_a_home_one_directory_serves_all_processes_of_a_user(homeless):
 
 
 @pytest.mark.skipif(os.name != "posix", reason="users and modes of POSIX")
-def test_a_directory_that_others_can_write_is_not_used(homeless):
+def test_a_directory_that_others_can_write_is_not_used_and_one_for_a_process_goes_with_it(homeless):
     shared = homeless / f"adaptive-ff-{os.getuid()}"
     shared.mkdir()
     shared.chmod(0o777)
-    assert MODULE._writable_root() != shared
+    with patch.object(MODULE.atexit, "register") as at_exit:
+        made = MODULE._writable_root()
+    assert made.parent == homeless != made
+    assert made != shared
+    (remove, *given), named = at_exit.call_args
+    remove(*given, **named)
+    assert list(homeless.iterdir()) == [shared]
 
 
 def test_without_compilation_a_controller_steps():

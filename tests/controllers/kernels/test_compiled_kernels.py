@@ -91,11 +91,12 @@ def test_a_step_in_python_is_called_back_and_its_error_is_raised_behind_the_loop
     called = CalledBack(step, None)
     exchange = called.addresses.exchange
     exchange[:TORQUE] = np.arange(TORQUE)
-    torques = []
+    outputs = []
     for _ in range(3):
         call(called.addresses.step, 0, 0, exchange)
-        torques.append(exchange[TORQUE])
-    assert torques == [3.0, 0.0, 0.0]
+        outputs.append(tuple(exchange[TORQUE:]))
+    assert outputs == [(3.0, 1.0), (0.0, 0.0), (0.0, 0.0)]
+    assert called.addresses[1:5] == (0, 0, 0, 0)  # no estimates or monitors, and its state is in Python
     assert seen[0] == Inputs(*np.arange(float(TORQUE)))
     assert len(seen) == 2
     with pytest.raises(ZeroDivisionError, match="in the second sample"):
