@@ -257,6 +257,9 @@ def test_controller_is_loaded_from_a_file_on_the_command_line(source, tmp_path, 
 )
 def test_bad_file_or_name_is_refused_on_the_command_line(source, tmp_path, place, said):
     assert said in refusal("compare", "--own", place.format(source), "--out", tmp_path / "out")
+
+
+def test_file_that_cannot_be_loaded_is_refused_with_its_error(tmp_path):
     broken = tmp_path / "broken.py"
     broken.write_text("import nowhere_to_be_found", encoding="utf-8")
     line = refusal("compare", "--own", f"{broken}:Mine", "--out", tmp_path / "out")

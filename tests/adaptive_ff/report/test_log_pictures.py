@@ -109,9 +109,10 @@ def test_verdict_names_its_reasons_and_the_next_step(found, refined):
     velocity = 1.0 + 0.5 * np.sin(np.pi * time)
     log = make_log()
     one_way = type(log)("log", time, 2.0 * np.gradient(velocity, time) + 6.0 + 3.0 * velocity, velocity=velocity)
-    lines = verdict_lines(identify_log(one_way))
+    one_way = identify_log(one_way)
+    lines = verdict_lines(one_way)
     assert lines[0].startswith("Verdict: usable with care; coulomb: the motion is one-way: record both directions")
-    assert next_step(identify_log(one_way), "out", written=False) == "Next: record again as said above."
+    assert next_step(one_way, "out", written=False) == "Next: record again as said above."
 
 
 def test_details_name_the_intervals(found):

@@ -27,12 +27,6 @@ def with_line(number, line):
     return [*GOOD[:number], line, *GOOD[number + 1 :]]
 
 
-def test_good_lines_are_accepted(tmp_path):
-    path = tmp_path / "motion.csv"
-    path.write_text("\n".join(GOOD), encoding="utf-8")
-    assert load_scenario(reference=path).motion.duration == 60.0
-
-
 def test_motion_is_read_as_logs_are(tmp_path):
     """In all ways in which tables of a log are: here comments, semicolons and decimal commas."""
     plain, other = tmp_path / "plain.csv", tmp_path / "other.csv"
