@@ -1,18 +1,21 @@
-"""Identification of logs whose joint is known: values, intervals, terms, refusals."""
+"""Identification of logs whose joint is known: values, intervals, terms, refusals, noise and folds."""
 
+import math
 from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from scenario_files import refused
-from scipy import integrate
+from scipy import integrate, stats
 from synthetic_logs import JOINT, make_log, sines_log
 
-from adaptive_ff import InputError, identify_log
+from adaptive_ff import InputError, identify_log, load_scenario, simulate
 from adaptive_ff.identify.identification import FAMILIES
+from adaptive_ff.identify.motion import Noise, Segment, derivative, lowpass, make_rows, spectrum
+from adaptive_ff.identify.preparation import narrowed, prepare
 from adaptive_ff.identify.result import CARE, GOOD, UNUSABLE
-from adaptive_ff.identify.selection import Estimated, by_band
+from adaptive_ff.identify.selection import Estimated, Rule, by_band, is_better
 from adaptive_ff.logs.log import KNOWN, Log
 
 
@@ -20,7 +23,8 @@ def with_torque(log, torque):
     return Log("log", log.time, torque, position=log.position)
 
 
-LOG = make_log(noise=0.1, period=0.004)
+LOG, TURN = make_log(noise=0.1, period=0.004), 2.0 * np.pi
+LOOP = load_scenario().modified(duration=20.0, sampling={"period": 0.001}, sensor={"velocity_noise": 0.0})
 
 
 @pytest.fixture(scope="module")
@@ -37,6 +41,17 @@ def test_values_are_those_of_the_joint_and_lie_in_their_intervals(found):
         assert one.value == pytest.approx(true, rel=0.01)
         assert one.lower < one.value < one.upper
         assert one.half_width < 0.03
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_parameters_that_a_joint_was_simulated_with_come_back(seed):
+    scale = np.random.default_rng(seed).uniform(0.5, 1.5, 4)
+    joint = dict(zip(("inertia", "coulomb", "viscous", "offset"), scale * (20.0, 50.0, 80.0, 10.0), strict=True))
+    scenario = LOOP.modified(seed=seed, joint={**joint, "stiction": joint["coulomb"], "friction_lag": 0.0})
+    run = simulate(scenario, "pi")
+    found = identify_log(Log("run", run.time, run.torque, velocity=run.measured), torque_delay=0.0005)
+    for name, true in joint.items():
+        assert found.parameters[name].value == pytest.approx(true, rel=0.03), (seed, name)
 
 
 @pytest.mark.parametrize("unit", [1e-3, 1e3])
@@ -281,3 +296,51 @@ def test_bias_of_first_order_in_the_band_is_found_whole_by_half_of_it():
     one = Estimated(None, None, true + bias, None, None)
     assert by_band(half, one) == pytest.approx(bias**2)
     assert not by_band(None, one).any()
+
+
+@pytest.mark.parametrize("is_position", [True, False])
+def test_spectrum_tells_a_sine_from_white_noise(is_position):
+    time, order = 0.001 * np.arange(20_000), 1 + is_position
+    series = 0.1 * np.sin(2.0 * TURN * time) + 1e-4 * np.random.default_rng(7).standard_normal(time.size)
+    found = spectrum(series, 0.001, is_position=is_position)
+    assert (found.motion, found.slow) == pytest.approx((2.0, 2.0), abs=0.11)
+    assert found.noise.density == pytest.approx(2.0 * 0.001 * 1e-8, rel=0.05)
+    loud = 0.01 * 0.5 * (0.1 * (2.0 * TURN) ** order) ** 2  # of the square of the acceleration
+    quiet = (loud * (2 * order + 1) / (2e-11 * TURN ** (2 * order))) ** (1.0 / (2 * order + 1))
+    assert found.quiet == pytest.approx(quiet, rel=0.05)
+
+
+def test_noise_of_the_motion_is_as_large_in_its_columns_as_is_said():
+    log = make_log(period=0.004)
+    noise = 1e-3 * np.random.default_rng(11).standard_normal(log.time.size)
+    found = prepare(Log("log", log.time, log.torque, position=log.position + noise), bandwidth=8.0)
+    viscous = derivative(lowpass(8.0, 0.004)(noise), 0.004)
+    assert found.noise["viscous"] == pytest.approx(np.var(viscous[100:-100]), rel=0.2)
+    assert found.noise["inertia"] == pytest.approx(np.var(derivative(viscous, 0.004)[100:-100]), rel=0.5)
+
+
+def test_noise_makes_standstill_of_slow_rows_and_narrows_the_wide_filter():
+    position = np.sin(TURN * 0.001 * np.arange(10_000))
+    sines = Segment(4.0, 0.001, position, 2.0 * position, 0.0 * position)
+    rows, loud = (make_rows(sines, 10.0, Noise(density, True), 6.0) for density in (0.0, 1e-5))
+    assert rows.time == pytest.approx(4.0 + 0.003 * np.arange(3334))  # six samples in a cycle of 50 Hz
+    assert (rows.slow, rows.noise, rows.kept.tolist()) == (pytest.approx(0.06), 0.0, list(range(34, 3300, 8)))
+    assert (loud.noise, loud.slow / loud.noise) == pytest.approx((math.sqrt(1e-5 * TURN**2 * 10.0**3 / 3.0), 3.0))
+
+
+@pytest.mark.parametrize(("seconds", "folds"), [(5.0, 8), (13.0, 12), (60.0, 20)])
+def test_folds_are_as_long_as_a_cycle_of_the_motion_and_half_of_the_band_is_as_if_given(seconds, folds):
+    time = np.arange(0.0, seconds, 0.005)
+    data = prepare(log := Log("log", time, np.cos(time), position=np.sin(TURN * time)))
+    assert np.unique(data.fold).size == folds
+    assert np.ptp(np.bincount(data.fold)) <= 1
+    assert narrowed(data).fold.tolist() == prepare(log, bandwidth=0.5 * data.band).fold.tolist()
+
+
+def test_terms_are_better_where_students_t_and_the_fall_are_those_of_the_rule():
+    old = np.array([4.0, 5.0, 6.0, 5.0, 4.5, 5.5])
+    new = old - [1.5, 0.5, 3.0, 1.0, 2.0, 1.0]
+    t, fraction = stats.ttest_rel(old, new).statistic, math.sqrt(np.mean(new) / np.mean(old))
+    for factor, better in ((0.999, True), (1.001, False)):
+        assert is_better(old, new, Rule(factor * t, 0.0)) == better
+        assert is_better(old, new, Rule(0.0, factor * (1.0 - fraction))) == better

@@ -1,7 +1,6 @@
 """What was found is what is written: scenario, model, first estimate, simulators, open loop."""
 
 import re
-from dataclasses import replace
 
 import mujoco
 import numpy as np
@@ -11,10 +10,8 @@ from synthetic_logs import make_log, motion, sines_log
 from adaptive_ff import AdaptiveController, InputError, TorqueModel, identify_log, load_scenario, simulate
 from adaptive_ff.files import write_csv
 from adaptive_ff.friction.model import GRAVITY
-from adaptive_ff.identify.regression import Parameter
 from adaptive_ff.identify.scenario_text import reference_columns, scenario_text
 from adaptive_ff.identify.score import score_log
-from adaptive_ff.identify.simulators import ENDINGS, NOT_EXPRESSED
 from adaptive_ff.logs.log import Log
 from controllers import PI
 
@@ -135,27 +132,6 @@ def test_written_joint_moves_as_the_log_does(of_mujoco, kind, tmp_path):
     simulated = mujoco_run(model, log.torque[part], log.position[begin], 0.001)
     moved = np.ptp(log.position[part])
     assert np.sqrt(np.mean((simulated - log.position[part]) ** 2)) < 0.05 * moved
-
-
-def test_every_simulator_names_what_it_does_not_express():
-    log, _ = sines_log(lambda q, w: np.sign(w) * (0.8 + 0.6 * np.exp(-np.abs(w) / 0.3)) + 0.5)
-    found = identify_log(log)
-    for kind in ENDINGS:
-        text = found.simulator(kind, gear_ratio=2.0)
-        assert "Stribeck velocity" in text
-        assert "offset" in text
-    with pytest.raises(InputError, match="simulator 'gazebo' is not known; allowed: mjcf, urdf"):
-        found.simulator("gazebo")
-
-
-@pytest.mark.parametrize("kind", list(ENDINGS))
-def test_friction_that_no_simulator_has_is_named_with_its_number(heavy, kind):
-    textbook = heavy[1].textbook
-    further = {name: Parameter(0.25, 0.2, 0.3) for name in NOT_EXPRESSED}
-    refined = textbook._replace(parameters=textbook.parameters | further)
-    text = replace(heavy[1], refined=refined).simulator(kind, gear_ratio=2.0)
-    for said in ("friction lag 0.25", "path 0.125", "load friction 0.25", "viscous asymmetry 1"):
-        assert re.search(f"Not among the joint's numbers: .*{said}[;.]", text)
 
 
 def test_open_loop_follows_another_log_of_the_joint_and_not_one_of_another(heavy):

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from filterpy.kalman import FadingKalmanFilter, KalmanFilter
+from filterpy.kalman import KalmanFilter
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.optimize import lsq_linear
@@ -75,28 +75,19 @@ def test_update_and_flow_are_those_of_a_kalman_filter(seed):
 
 @pytest.mark.parametrize("forgetting", [1.0, 0.99, 0.9])
 def test_without_loop_states_it_is_the_recursive_least_squares_of_the_paper(forgetting):
-    """Process noise ``(1/lambda - 1) P``, ``G = 1``: equations (11) to (13), and a fading-memory filter."""
+    """Process noise ``(1/lambda - 1) P``, ``G = 1``: equations (11) to (13)."""
     rng = np.random.default_rng(7)
     count, size = 300, 6
     rows = rng.standard_normal((count, size))
     outputs = rows @ rng.standard_normal(size) + 0.1 * rng.standard_normal(count)
     first = 100.0 * np.eye(size)
     paper = RLSState(np.zeros(size), first.copy(), np.zeros(size))
-    with pytest.warns(DeprecationWarning, match="KalmanFilter class"):
-        fading = FadingKalmanFilter(alpha=forgetting**-0.5, dim_x=size, dim_z=1)
-    fading.x, fading.P, fading.F, fading.Q = np.zeros((size, 1)), first.copy(), np.eye(size), np.zeros((size, size))
-    fading.R = np.eye(1)
     estimate = Estimate(np.zeros(LOOP + size + 2), packed(np.pad(first, LOOP)))
     for row, output in zip(rows, outputs, strict=True):
         update_rls_in_place(paper, row, output, forgetting)
-        fading.predict()
-        fading.H = row[np.newaxis]
-        fading.update(output)
         estimate.covariance[:] /= forgetting
         updated(estimate, np.concatenate([row, [0.0, 0.0]]), output, 1.0)
         np.testing.assert_allclose(estimate.mean[LOOP:-2], paper.estimate, rtol=1e-9, atol=1e-9)
-        np.testing.assert_allclose(estimate.mean[LOOP:-2], fading.x[:, 0], rtol=1e-9, atol=1e-9)
-    np.testing.assert_allclose(unpacked(estimate.covariance)[LOOP:-2, LOOP:-2], fading.P, rtol=1e-8, atol=1e-12)
     np.testing.assert_allclose(unpacked(estimate.covariance)[LOOP:-2, LOOP:-2], paper.covariance, rtol=1e-8, atol=1e-12)
 
 

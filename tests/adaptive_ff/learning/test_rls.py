@@ -1,5 +1,3 @@
-import warnings
-
 import numpy as np
 import pytest
 from filterpy.kalman import FadingKalmanFilter
@@ -14,16 +12,6 @@ def exciting_data(steps, seed, noise=0.05):
     rng = np.random.default_rng(seed)
     rows = rng.standard_normal((steps, SIZE)) * np.array([1.0, 1.0, 5.0, 5.0, 1.0, 1.0])
     return rows, rows @ TRUE + noise * rng.standard_normal(steps)
-
-
-def fading_filter(forgetting_factor, prior):
-    """Filter whose covariance is that of (13): constant parameters, unit noise, ``alpha^2 = 1/lambda``."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", DeprecationWarning)
-        kalman = FadingKalmanFilter(forgetting_factor**-0.5, dim_x=SIZE, dim_z=1)
-    kalman.F, kalman.Q, kalman.R = np.eye(SIZE), np.zeros((SIZE, SIZE)), np.eye(1)
-    kalman.P = prior * np.eye(SIZE)
-    return kalman
 
 
 def assert_near(found, expected, tolerance):
@@ -42,7 +30,10 @@ def test_it_is_the_fading_memory_kalman_filter_of_filterpy(forgetting_factor, pr
     steps = 2000
     rows, outputs = exciting_data(steps, seed=8)
     state = initial_rls_state(np.zeros(SIZE), prior * np.eye(SIZE))
-    kalman = fading_filter(forgetting_factor, prior)
+    with pytest.warns(DeprecationWarning, match="KalmanFilter class"):
+        kalman = FadingKalmanFilter(forgetting_factor**-0.5, dim_x=SIZE, dim_z=1)  # alpha^2 = 1/lambda
+    kalman.P, kalman.F, kalman.Q = prior * np.eye(SIZE), np.eye(SIZE), np.zeros((SIZE, SIZE))
+    kalman.R = np.eye(1)
     errors, estimates, covariances = np.empty((2, steps)), np.empty((2, steps, SIZE)), np.empty((2, steps, SIZE, SIZE))
     for k in range(steps):
         errors[0, k] = update_rls_in_place(state, rows[k], outputs[k], forgetting_factor)

@@ -9,6 +9,7 @@ from scipy import stats
 from scipy.optimize import curve_fit, least_squares
 
 from adaptive_ff.learning.stribeck import Points, _inverse_information, fit_stribeck, search
+from adaptive_ff.learning.support_points import support_points
 from plant import Stribeck, sliding_friction
 
 TRUE = Stribeck(60.0, 90.0, 80.0, 0.05, 1.0)
@@ -119,26 +120,21 @@ def test_search_finds_the_lowest_of_several_minima(seed):
             assert found <= 2.0 * values.cost * (1.0 + 1e-6)
 
 
-def hits(seeds, confidence, **kwargs):
-    count = {"stribeck_velocity": 0, "stribeck_shape": 0, "coulomb": 0}
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", UserWarning)
-        for seed in seeds:
-            fit = fit_stribeck(*noisy(seed, **kwargs), confidence=confidence)
-            for name in count:
-                estimate = fit.estimates[name]
-                count[name] += estimate.lower <= getattr(TRUE, name) <= estimate.upper
-    return count
-
-
 @pytest.mark.nightly
 @pytest.mark.parametrize(
     ("velocity", "error", "trials"), [(BOTH, 0.003, 120), (np.geomspace(0.003, 0.35, 12), 0.03, 60)]
 )
 def test_intervals_hold_the_truth_as_often_as_they_say(velocity, error, trials):
-    confidence = 0.8
-    low, high = stats.binom.ppf([1e-4, 1.0 - 1e-4], trials, confidence)
-    for name, count in hits(range(trials), confidence, velocity=velocity, error=error).items():
+    hits = dict.fromkeys(("stribeck_velocity", "stribeck_shape", "coulomb"), 0)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", UserWarning)
+        for seed in range(trials):
+            fit = fit_stribeck(*noisy(seed, velocity, error), confidence=0.8)
+            for name in hits:
+                estimate = fit.estimates[name]
+                hits[name] += estimate.lower <= getattr(TRUE, name) <= estimate.upper
+    low, high = stats.binom.ppf([1e-4, 1.0 - 1e-4], trials, 0.8)
+    for name, count in hits.items():
         assert low <= count <= high, name
 
 
@@ -200,3 +196,21 @@ def test_bad_points_are_refused(arguments, message):
 
 def test_as_few_points_as_the_message_names_are_enough():
     assert fit_stribeck(SPEEDS[::5], GOOD[1][::5]).estimates["coulomb"].value == pytest.approx(60.0, rel=1e-6)
+
+
+def test_mean_spread_and_count_are_those_of_each_drive():
+    points = support_points([0.1, 0.3, 0.12, 0.32, 0.11], [5.0, 7.0, 6.0, 8.0, 7.0], ["a", "b", "a", "b", "a"])
+    assert points.velocity == pytest.approx([0.11, 0.31])
+    assert points.torque == pytest.approx([6.0, 7.5])
+    assert points.spread == pytest.approx([1.0, np.sqrt(0.5)])
+    assert points.count.tolist() == [3, 2]
+
+
+def test_standard_errors_from_few_readings_scatter_less_than_their_spread():
+    torque = torque_of(TRUE, BOTH)[:, np.newaxis] * (1.0 + 0.03 * np.random.default_rng(4).standard_normal((60, 5)))
+    points = support_points(np.repeat(BOTH[:, np.newaxis], 5, axis=1), torque)
+    true = 0.03 * np.abs(torque.mean(axis=1))
+    own, shared = (np.std(np.log(error / true)) for error in (points.spread, points.standard_error))
+    assert own > 0.25
+    assert shared < 0.15
+    assert np.median(points.standard_error * np.sqrt(5.0) / true) == pytest.approx(1.0, abs=0.15)

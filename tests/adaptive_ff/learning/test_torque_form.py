@@ -1,11 +1,14 @@
 import itertools
 import math
+from functools import partial
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import quad
+from scipy.linalg import expm
+from scipy.signal import lsim
 
 from adaptive_ff.learning import torque_form
 
@@ -58,22 +61,17 @@ def test_g_and_h_are_filtered_exactly_with_the_jump_at_the_moment_of_reversal(st
     times, nodes = velocities_and_times(velocities, durations)
     shares = np.exp(-np.abs(nodes) / FORM.stribeck_velocity)
 
-    def direction(t):
-        return math.copysign(1.0, np.interp(t, times, nodes))
+    def signal(t, sizes, turns):
+        return np.interp(t, times, sizes) * (math.copysign(1.0, np.interp(t, times, nodes)) if turns else 1.0)
 
     found = filters_after(velocities, durations)
-    for index, sizes in ((torque_form.FILTER_COULOMB, 1.0 - shares), (torque_form.FILTER_ADHESION, shares)):
-        expected = impulse_response_integral(
-            lambda t, sizes=sizes: direction(t) * np.interp(t, times, sizes), times[-1], list(times[1:-1])
-        )
-        assert found[index, 0] == pytest.approx(expected, abs=1e-9)
-    for index, sizes in (
-        (torque_form.FILTER_FRACTION, shares),
-        (torque_form.FILTER_SPEED, np.abs(nodes)),
-    ):  # these do not jump
-        expected = impulse_response_integral(
-            lambda t, sizes=sizes: np.interp(t, times, sizes), times[-1], list(times[1:-1])
-        )
+    for index, sizes, turns in (
+        (torque_form.FILTER_COULOMB, 1.0 - shares, True),
+        (torque_form.FILTER_ADHESION, shares, True),
+        (torque_form.FILTER_FRACTION, shares, False),
+        (torque_form.FILTER_SPEED, np.abs(nodes), False),
+    ):
+        expected = impulse_response_integral(partial(signal, sizes=sizes, turns=turns), times[-1], list(times[1:-1]))
         assert found[index, 0] == pytest.approx(expected, abs=1e-9)
 
 
@@ -97,3 +95,49 @@ def test_torque_is_held_over_the_period_that_ends_and_its_slope_is_regressed_wit
     assert torque == pytest.approx(7.0 * (1.0 - 2.0 * math.exp(-1.0)), rel=1e-12)
     assert row == pytest.approx([0.0, 0.0, 0.0, 0.0, 0.0, -7.0 * 50.0 * math.exp(-1.0)], rel=1e-12)
     assert signals.filters[torque_form.FILTER_TORQUE, 0] == torque
+
+
+POLES = st.floats(1.0, 300.0)
+DURATIONS = st.floats(1e-4, 0.5)
+VALUES = st.floats(-10.0, 10.0)
+
+
+def advance(state, pole, start, end, duration):
+    after = np.array(state)
+    torque_form.advance_filter_in_place(after, pole, math.exp(-pole * duration), start, end, duration)
+    return after
+
+
+def exponential_of_the_filter_with_its_ramp(state, pole, start, end, duration):
+    """Value and derivative by ``scipy.linalg.expm``, the ramp being two further states: input and its rate."""
+    system = np.zeros((4, 4))
+    system[0, 1] = 1.0
+    system[1] = -(pole**2), -2.0 * pole, pole**2, 0.0  # y'' = p^2 (u - y) - 2 p y'
+    system[2, 3] = 1.0
+    rate = (end - start) / duration
+    return (expm(system * duration) @ [*state, start, rate])[:2]
+
+
+@given(VALUES, VALUES, POLES, VALUES, VALUES, DURATIONS)
+def test_step_is_the_matrix_exponential_with_the_ramp_as_state(value, slope, pole, start, end, duration):
+    expected = exponential_of_the_filter_with_its_ramp((value, slope), pole, start, end, duration)
+    after = advance((value, slope), pole, start, end, duration)
+    assert after[0] == pytest.approx(expected[0], rel=1e-9, abs=1e-9)
+    assert after[1] == pytest.approx(expected[1], rel=1e-9, abs=1e-9 * pole)
+
+
+def test_value_and_both_derivatives_are_those_of_scipy_signal():
+    pole, period = 35.0, 0.01
+    time = period * np.arange(500)
+    series = np.sin(3.0 * time) + 0.2 * np.random.default_rng(6).standard_normal(500)
+    series[0] = 0.0
+    denominator = [1.0, 2.0 * pole, pole**2]
+    numerators = ([pole**2], [pole**2, 0.0], [pole**2, 0.0, 0.0])
+    expected = np.column_stack([lsim((numerator, denominator), series, time)[1] for numerator in numerators])
+    state, found = np.zeros(2), np.zeros((500, 3))
+    for k in range(1, 500):
+        state = advance(state, pole, series[k - 1], series[k], period)
+        found[k] = *state, torque_form.second_derivative(state, pole, series[k])
+    size = np.max(np.abs(expected), axis=0)
+    assert np.all(size > 0.5)
+    assert found / size == pytest.approx(expected / size, abs=1e-11)

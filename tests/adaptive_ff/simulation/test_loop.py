@@ -16,21 +16,21 @@ SHORT = SCENARIO.modified(duration=6.0)
 
 
 class Script:
-    """Gives torques from a list and writes down what it is reported."""
+    """Gives torques from a list and writes down what it is given."""
 
     def __init__(self, torques):
-        self.torques, self.reported = iter(torques), []
+        self.torques, self.given = iter(torques), []
 
-    def step(self, reference, velocity, *, realised_torque, **_):
-        self.reported.append(realised_torque)
+    def step(self, reference, velocity, **given):
+        self.given.append(given)
         return next(self.torques)
 
 
 def run_script(setup, torques):
-    """Run a list of torques; return the record and what the controller heard of the drive."""
+    """Run a list of torques; return the record and what the controller was given."""
     script, record = Script(torques), empty_record(setup, 0)
     run_plain(own_controller(script), None, setup, start_position(setup), setup.noise.size, record)
-    return record, script.reported
+    return record, script.given
 
 
 def delayed(steps, samples=40):
@@ -42,7 +42,8 @@ def delayed(steps, samples=40):
 def test_a_command_acts_from_the_delay_on_until_the_next_one_does(steps):
     torques = 300.0 * np.sin(np.arange(40.0))
     setup = delayed(steps)
-    record, reported = run_script(setup, torques)
+    record, given = run_script(setup, torques)
+    reported = [one["realised_torque"] for one in given]
     held = np.concatenate([np.zeros(steps), np.repeat(torques, 10)])[:400]
     joint = Joint(SCENARIO.joint)
     expected = [0.0, *(joint.step(torque, 0.001) for torque in held)]
@@ -141,15 +142,10 @@ def test_jittered_samples_have_the_outliers_of_the_papers_figure_10_and_keep_the
 
 def test_jitter_passes_the_real_time_to_the_controller():
     scenario = SCENARIO.modified(duration=5.0, sampling={"jitter": 0.9})
-    seen = []
-
-    class Watch:
-        def step(self, reference, velocity, *, dt, **_):
-            seen.append(dt)
-            return 0.0
-
-    simulate(scenario, Watch())
-    assert seen[1:] == pytest.approx((np.diff(scenario.sample_steps)[:-1] * 0.001).tolist(), rel=1e-12)
+    setup = build_setup(scenario)
+    _, given = run_script(setup, np.zeros(setup.noise.size))
+    intervals = (np.diff(scenario.sample_steps)[:-1] * 0.001).tolist()
+    assert [one["dt"] for one in given[1:]] == pytest.approx(intervals, rel=1e-12)
 
 
 def test_encoder_shows_the_controller_multiples_of_its_resolution_only():
