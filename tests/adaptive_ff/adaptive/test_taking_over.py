@@ -227,7 +227,7 @@ def test_what_cannot_be_is_refused_in_one_line(options, message):
 def test_torque_limit_does_what_clipping_and_reporting_by_hand_does(delay):
     limit, joint = 90.0, reference_joint()
     controller, by_hand = make(torque_limit=limit, delay=delay), make(delay=delay)
-    own = drive(controller, joint, 0.0, 6.0, limit=limit)
+    own = drive(controller, joint, 3.0, 9.0, limit=limit)  # the first torque is cut off
     clipped, joint = [0.0] * 4, reference_joint()
 
     def realised(time, position):
@@ -235,9 +235,8 @@ def test_torque_limit_does_what_clipping_and_reporting_by_hand_does(delay):
             return clipped[-1]
         return 0.5 * clipped[-2] + 0.5 * clipped[-3]
 
-    torques, noise = [], NOISE * np.random.default_rng(101).standard_normal(own.time.size)
-    for k in range(own.time.size):
-        time = k * PERIOD
+    torques, noise = [], NOISE * np.random.default_rng(101).standard_normal(900)[300:]
+    for k, time in enumerate(PERIOD * np.arange(300, 900)):
         given = {"realised_torque": realised(time, 0.0)} if k else {}
         velocity = joint.state.velocity + noise[k]
         torque = by_hand.step(plan(time), velocity, next_reference=plan(time + PERIOD), **given)

@@ -9,7 +9,18 @@ from hypothesis import strategies as st
 from plan_inputs import plan_inputs
 from scipy.integrate import solve_ivp
 
-from adaptive_ff.friction.feedforward import BENT_FADING, FADING, HELD, FeedforwardState, step_feedforward
+from adaptive_ff.friction.feedforward import (
+    BENT_FADING,
+    FADING,
+    HELD,
+    TURNED,
+    FeedforwardState,
+    friction_along,
+    released,
+    resting_friction,
+    step_feedforward,
+    turning_speed,
+)
 from adaptive_ff.friction.model import TorqueModel, directed_friction, model_friction
 from adaptive_ff.scenario.truth import true_model
 from plant import Stribeck, sliding_friction
@@ -102,6 +113,31 @@ def test_at_rest_bent_bristles_hold_all_friction_for_longer():
     assert torque == pytest.approx(state.friction, rel=PERIOD / BENT_FADING)
 
 
+@pytest.mark.parametrize(("presliding", "kept"), [(0.0, 0.25 * HELD * 60.0), (0.01, 0.25 * 90.0)])
+@pytest.mark.parametrize("lag", [0.0, 0.02])
+@pytest.mark.parametrize("friction", [-70.0, -5.0, 5.0, 70.0])
+def test_a_creeping_joint_releases_what_is_beyond_its_fraction(friction, lag, presliding, kept):
+    model = MODEL._replace(coulomb=60.0, stiction=90.0, friction_lag=lag, presliding=presliding)
+    state = FeedforwardState(friction, 0.1, True, 0.3, 0.4)
+    assert released(model, state, 1.0, PERIOD) == state
+    left = min(abs(friction), kept) + max(abs(friction) - kept, 0.0) * (math.exp(-PERIOD / lag) if lag else 0.0)
+    expected = state._replace(friction=math.copysign(left, friction))
+    assert released(model, state, 0.25, PERIOD) == pytest.approx(expected, rel=1e-12)
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+@pytest.mark.parametrize(("start", "end"), [(0.01, 0.019), (0.019, 0.01), (0.01, 0.03), (0.03, 0.01), (0.02, 0.01)])
+def test_friction_of_the_other_direction_is_held_below_the_turning_speed(start, end, sign):
+    """At both ends; of the same direction it is not held, nor by bent bristles."""
+    assert turning_speed(MODEL._replace(coulomb=60.0, stiction=90.0), 20.0, 0.01) == pytest.approx(TURNED * 0.045)
+    for model, friction in ((MODEL, -50.0), (MODEL, 50.0), (MODEL, 0.0), (MODEL._replace(presliding=0.01), -50.0)):
+        part = (model, sign * friction, 0.0, 0.0, sign * start, sign * end, PERIOD)
+        at_rest = (*resting_friction(model, sign * friction, PERIOD), 0.0, 0.0)
+        held = model is MODEL and friction < 0.0 and max(start, end) < 0.02
+        assert friction_along(*part, 0.02) == (at_rest if held else friction_along(*part))
+        assert friction_along(*part) != at_rest
+
+
 @pytest.mark.parametrize("delay", [0.5, 1.0, 2.3])
 @pytest.mark.parametrize("preview", [True, False])
 def test_delayed_torque_along_a_ramp_is_the_torque_of_that_much_later(delay, preview):
@@ -113,7 +149,10 @@ def test_delayed_torque_along_a_ramp_is_the_torque_of_that_much_later(delay, pre
     early, late = (FeedforwardState(90.0, ramp(-1.0), True) for _ in range(2))
     for k in range(40):
         following = ramp(k + 1.0) if preview else math.nan
+        acting = plan_inputs(ramp(k), 9.0, ramp(k + delay), ramp(k + 1.0 + delay))
+        told, _ = step_feedforward(UNEQUAL, early, acting, PERIOD, delay)
         found, early = step_feedforward(UNEQUAL, early, plan_inputs(ramp(k), following), PERIOD, delay)
+        assert told == pytest.approx(found, rel=1e-9)
         expected, late = step_feedforward(UNEQUAL, late, plan_inputs(ramp(k + delay), ramp(k + 1.0 + delay)), PERIOD)
         assert found == pytest.approx(expected, rel=1e-9)
         assert early.friction == pytest.approx(late.friction, rel=1e-9)

@@ -16,7 +16,7 @@ from adaptive_ff.friction.feedforward import FeedforwardState, step_feedforward
 from adaptive_ff.friction.model import TorqueModel
 
 PERIOD, PRESLIDING, STRIBECK = 0.01, 3e-3, 0.05
-MODEL = TorqueModel(2.0, 20.0, 30.0, 8.0, 0.004, STRIBECK, 1.0, 1.5, presliding=PRESLIDING, micro_damping=6.0)
+MODEL = TorqueModel(2.0, 20.0, 30.0, 8.0, 0.004, STRIBECK, 1.0, 1.5, 4.0, 2.0, PRESLIDING, micro_damping=6.0)
 PLAN = 0.12 * np.sin(2.0 * math.pi * 0.9 * PERIOD * np.arange(180)) + 0.05 * np.sin(
     2.0 * math.pi * 2.3 * PERIOD * np.arange(180)
 )
@@ -25,7 +25,8 @@ PLAN = 0.12 * np.sin(2.0 * math.pi * 0.9 * PERIOD * np.arange(180)) + 0.05 * np.
 def static(model, slip, adhesion, velocity, direction):
     ratio = velocity / model.stribeck_velocity
     damping = model.micro_damping * math.exp(-(ratio**2)) * abs(ratio) * (direction - slip - adhesion)
-    return model.coulomb * slip + model.stiction * adhesion + model.viscous * velocity + damping
+    one_sided = model.stiction_asymmetry * math.exp(-abs(ratio)) + model.viscous_asymmetry * abs(velocity)
+    return model.coulomb * slip + model.stiction * adhesion + model.viscous * velocity + damping + one_sided
 
 
 def by_scipy(model, state, start, end):

@@ -11,7 +11,9 @@ from exports import adaptive
 
 from adaptive_ff import PER_DIRECTION, simulate
 from adaptive_ff.adaptive.diagnosis import WARNINGS, Code
+from adaptive_ff.learning.kalman import LOOP
 from adaptive_ff.report.diagnosis import SENTENCES, sentence, sentences
+from controllers.triangle import packed
 
 
 @pytest.fixture(scope="module")
@@ -72,14 +74,6 @@ def test_it_counts_what_it_skipped():
     assert values[Code.INPUTS_IMPLAUSIBLE]["samples"] == 10.0
 
 
-def test_it_says_that_nothing_moved_or_that_it_holds_its_estimates():
-    controller = adaptive(torque_limit=400.0)
-    controller.enabled = False
-    for _ in range(1100):
-        controller.step(0.0, 0.0, next_reference=0.0)
-    assert {Code.HELD, Code.NO_MOTION} <= controller.diagnose().codes
-
-
 def test_a_weight_is_not_known_without_a_position(worked):
     controller = make("adaptive")
     drive(controller, setup_along(SCENARIO.modified(duration=10.0).reference_velocity(), substeps=10, noise=0.002))
@@ -87,25 +81,50 @@ def test_a_weight_is_not_known_without_a_position(worked):
     assert Code.NO_POSITION not in worked.diagnose().codes
 
 
-@pytest.mark.parametrize("factor", [0.5, 2.0])
-def test_an_inertia_far_from_the_assumed_one_is_told(factor):
-    scenario = SCENARIO.modified(feedback={"inertia": factor * SCENARIO.joint.inertia})
-    controller = make("adaptive", scenario)
-    simulate(scenario, controller)
-    (finding,) = (one for one in controller.diagnose().findings if one.code == Code.INERTIA_FAR)
-    assert finding.values["ratio"] == pytest.approx(1.0 / factor, rel=0.15)
-    assert "that the feedback was designed for" in sentence(finding)
+WORDS = {Code.INERTIA_FAR: "that the feedback was designed for", Code.INNOVATIONS_COLOURED: "correlated by -0.60"}
+QUIET = {"moved": 20.0, "square": 1.0, "product": 0.45, "torque_known": True, "plan_known": True}
 
 
-def test_innovations_that_are_not_white_are_told(worked):
-    assert Code.INNOVATIONS_COLOURED not in worked.diagnose().codes
-    controller = make("adaptive")
-    controller.state_from_json(worked.state_to_json())
-    watch = controller.state.watch
-    controller.state = controller.state._replace(watch=watch._replace(product=0.9 * watch.square))
-    (found,) = (one for one in controller.diagnose().findings if one.code == Code.INNOVATIONS_COLOURED)
-    assert found.values["correlation"] == pytest.approx(0.9)
-    assert "correlated by 0.90" in sentence(found)
+@pytest.mark.parametrize(
+    ("samples", "watch", "changes", "code", "values"),
+    [
+        (1001, {"moved": 0.0}, {}, Code.NO_MOTION, {"time": 10.01}),
+        (1000, {"moved": 0.0}, {}, None, None),
+        (2000, {"product": -0.6}, {}, Code.INNOVATIONS_COLOURED, {"correlation": -0.6}),
+        (2000, {}, {"weight": 0.6}, Code.JUST_CHANGED, {"probability": 0.6}),
+        (2000, {}, {"enabled": False}, Code.HELD, {}),
+        (2000, {}, {"inertia": (30.1, 5.0)}, Code.INERTIA_FAR, {"ratio": 1.505, "assumed": 20.0}),
+        (2000, {}, {"inertia": (13.3, 3.3)}, Code.INERTIA_FAR, {"ratio": 0.665, "assumed": 20.0}),
+        (2000, {}, {"inertia": (200.0, 95.0)}, Code.AT_BOUND, {"value": 200.0}),
+        (2000, {}, {"stribeck_velocity": (0.01, 0.1)}, Code.AT_BOUND, {"value": 0.01}),
+        (2000, {}, {"coulomb": (71.0, 3.0), "stiction": (60.0, 4.0)}, Code.FRICTION_RISES, {"from": 60.0, "to": 71.0}),
+        (2000, {}, {"coulomb": (69.9, 3.0), "stiction": (60.0, 4.0)}, None, None),
+        (2000, {}, {"viscous": (0.0, 130.0)}, Code.NOT_LEARNT, {}),
+        (2000, {}, {"stribeck_velocity": (0.05, 0.2)}, Code.NOT_LEARNT, {}),
+    ],
+)
+def test_each_finding_has_its_threshold(samples, watch, changes, code, values):
+    """Estimates are given with their deviation; all others are learnt."""
+    sides = {"inertia": 20.0, "friction_lag": 0.02, "coulomb": 60.0, "stiction": 60.0}
+    controller = adaptive(model=sides, deviation=1e3)
+    state, places = controller.state, {"inertia": 0, "viscous": 1, "coulomb": 2, "stiction": 3}
+    places |= {"friction_lag": -2, "stribeck_velocity": -1}
+    deviations = np.zeros(state.estimate.mean.size)
+    for name in places.keys() & changes:
+        value, deviations[LOOP:][places[name]] = changes[name]
+        state.estimate.mean[LOOP:][places[name]] = math.log(value) if places[name] < 0 else value
+    state.estimate.covariance[:] = packed(np.diag(deviations**2))
+    controller.state = state._replace(
+        feedback=state.feedback._replace(samples=samples),
+        watch=state.watch._replace(**QUIET | watch),
+        weight=changes.get("weight", 0.1),
+        enabled=changes.get("enabled", True),
+    )
+    found = controller.diagnose()
+    assert [(one.code, one.values) for one in found.findings] == ([(code, pytest.approx(values))] if code else [])
+    assert found.change_probability == controller.state.weight
+    assert set(found.findings[0].names if code else ()) <= set(changes)
+    assert WORDS.get(code, "") in " ".join(map(sentence, found.findings))
 
 
 def test_every_code_has_a_sentence_and_every_finding_can_be_put_into_words(worked):
