@@ -4,7 +4,8 @@ Of all small faults (``operators``) of the functions of some rooms a sample is d
 process that has collected the tests of these rooms, where all functions run as plain Python and the tests that reach
 its line run, the quickest first; what survives is put into a copy of the tree, where kernels are compiled, for the
 figures of ``tests/test_figures.py``, the tests that take long in plain Python and those of its room that import its
-file. A mutant with which tests do not end counts as noticed. Verdicts are kept as they come.
+file. A mutant with which tests do not end counts as noticed. Verdicts are kept as they come: one of a test that noticed
+a mutant while its file is the same, one of a survivor while all tests are.
 """
 
 import fcntl
@@ -15,6 +16,7 @@ import time
 from collections import Counter
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
+from functools import cache, partial
 from pathlib import Path
 from types import FunctionType
 from typing import Annotated, Any
@@ -93,26 +95,46 @@ class Verdicts:
     """Verdicts of mutants, kept as they come: the test that noticed each, or None, by stage."""
 
     def __init__(self, file: Path, mark: str, sample: dict[int, Mutant]) -> None:
-        self.sample, self.store = sample, Store(file, mark)
-        kept = {number: self.store.read(str(mutant.key), STAGES) for number, mutant in sample.items()}
-        self.found = {
-            stage: {number: one[stage]["test"] for number, one in kept.items() if stage in one} for stage in STAGES
-        }
+        self.sample, self._file, self._mark = sample, file, mark
+        self.read()
+
+    def read(self) -> None:
+        """Read what is kept, by processes beside this one as well."""
+        self._store = Store(self._file, self._mark)
+        every = digests()
+        self.found: dict[str, dict[int, str | None]] = {stage: {} for stage in STAGES}
+        for number, mutant in self.sample.items():
+            for stage, one in self._store.read(str(mutant.key), STAGES).items():
+                if one["digest"] == digest_of(one["test"], every):
+                    self.found[stage][number] = one["test"]
 
     def add(self, stage: str, number: int, test: str | None) -> None:
         """Keep a verdict."""
-        mutant, found = self.sample[number], self.found[stage]
-        found[number] = test
-        self.store.add(str(mutant.key), {stage: {"test": test}})
-        print(f"{stage} {len(found)}, {time.process_time():.0f} s: {mutant.name}: {test}", file=PROGRESS, flush=True)
+        mutant = self.sample[number]
+        self.found[stage][number] = test
+        self._store.add(str(mutant.key), {stage: {"test": test, "digest": digest_of(test, digests())}})
+        print(f"{stage} {number}, {mutant.name}: {test}", file=PROGRESS, flush=True)
 
     def killed(self, number: int) -> bool:
         """Tell whether a test noticed a mutant."""
         return any(found.get(number) is not None for found in self.found.values())
 
-    def left(self) -> list[int]:
-        """Return the mutants that no test noticed and that have not been tried compiled."""
-        return [number for number in self.sample if not self.killed(number) and number not in self.found["compiled"]]
+    def left(self, stage: str) -> list[int]:
+        """Return the mutants that no test noticed and that have not been tried in a stage."""
+        return [number for number in self.sample if not self.killed(number) and number not in self.found[stage]]
+
+
+@cache
+def digests() -> dict[str, str]:
+    """Return the digest of each file of tests, with all that it has in common with others."""
+    files = sorted((ROOT / "tests").rglob("*.py"))
+    common = [file for file in files if not file.name.startswith("test_")]
+    return {str(file.relative_to(ROOT)): fingerprint([], [file, *common]) for file in files if file not in common}
+
+
+def digest_of(test: str | None, every: dict[str, str]) -> str:
+    """Return the digest of the file of a test; of all files where no single test has noticed a mutant."""
+    return every.get((test or "").partition("::")[0], fingerprint([], text=str(every)))
 
 
 STAGES = ("plain", "compiled")
@@ -125,18 +147,18 @@ def run(count: int, seed: int, workers: int) -> Verdicts:
     with (KEPT / "mutants.lock").open("w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
         sample = drawn([one for name, f in functions().items() for one in mutants(name, f)], count, seed)
-        mark = fingerprint(["benchmarks.mutation.__main__"], (ROOT / "tests").rglob("*.py"))
+        mark = fingerprint(["benchmarks.mutation.__main__"])
         verdicts = Verdicts(KEPT / "mutants.jsonl", mark, sample)
-        waiting = [number for number in sample if number not in verdicts.found["plain"]]
-        notes = KEPT / f"mutants-{mark}-{count}-{seed}.json"
-        session = Mutation(sample, waiting, notes, lambda number, test: verdicts.add("plain", number, test))
+        notes = partial(Store, KEPT / "tests.jsonl", f"{mark}-{count}-{seed}")
+        session = Mutation(sample, verdicts.left("plain"), notes, digests(), workers, partial(verdicts.add, "plain"))
         settings.register_profile("mutation", deadline=None, derandomize=True, database=None, phases=PHASES)
-        if verdicts.left():
+        if session.waiting or verdicts.left("compiled"):
             with patch.dict(CONTROLLERS, {name: CONTROLLERS[name] for name in LINE_UP}, clear=True):
                 status = pytest.main([*OPTIONS, *(str(ROOT / "tests" / name) for name in TESTS)], [session])
-            if status != pytest.ExitCode.OK:
+            verdicts.read()
+            if status != pytest.ExitCode.OK or verdicts.left("plain"):
                 raise typer.Exit(1)
-            parts = [verdicts.left()[place::workers] for place in range(workers)]
+            parts = [verdicts.left("compiled")[place::workers] for place in range(workers)]
             with ThreadPoolExecutor(workers) as pool:
                 list(pool.map(lambda part: in_copy(verdicts, session, part), parts))
         return verdicts
@@ -154,7 +176,7 @@ def in_copy(verdicts: Verdicts, session: Mutation, numbers: list[int]) -> None:
 def main(
     count: Annotated[int, typer.Option(min=1, help="Number of mutants that are drawn.")] = 300,
     seed: Annotated[int, typer.Option(help="Seed of the draw.")] = 1,
-    workers: Annotated[int, typer.Option(min=1, help="Copies of the tree in which survivors are tried.")] = 2,
+    workers: Annotated[int, typer.Option(min=1, help="Number of processes.")] = 2,
 ) -> None:
     """Print which mutants survive, and how many of each room."""
     start = time.monotonic()

@@ -12,12 +12,12 @@ from collections import defaultdict
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any
 
 import pytest
 from _pytest.runner import runtestprotocol
 
+from adaptive_ff.studies.study import Store
 from benchmarks.mutation.operators import Mutant, marked_code
 
 SLOWEST = 2.0
@@ -28,7 +28,7 @@ MOST = 10.0  # processor time of the tests that a mutant meets in plain Python a
 PATIENCE, GRACE = 3.0, 5.0
 """A mutant is given this many times the time that its tests take without it, and so many seconds."""
 
-LONGEST = 7200.0  # processor time of all tests together at most, s
+LONGEST = 1800.0  # processor time of the tests of a file at most, s
 
 MARK = "_reached_by_tests"
 
@@ -54,7 +54,9 @@ class Mutation:
 
     mutants: dict[int, Mutant]  # what is tried, by number
     waiting: list[int]  # those of them that have not been tried yet
-    notes: Path  # file of what each test reaches; read where it is there
+    notes: Callable[[], Store]  # reads what each test reaches, by file and its digest
+    digests: dict[str, str]  # of the files of tests
+    workers: int  # number of processes
     # is called with the number of each mutant and the test that noticed it, or None
     found: Callable[[int, str | None], None]
     noted: dict[str, Noted] = field(default_factory=dict)  # what each test does in plain Python
@@ -64,24 +66,49 @@ class Mutation:
         if session.testsfailed:
             raise session.Interrupted(f"{session.testsfailed} files of tests cannot be collected")
         items = {item.nodeid: item for item in session.items}
-        if not self.notes.is_file():
-            answer = _in_fork(lambda: self._note(items), LONGEST)
-            if answer == NO_ANSWER:
-                raise RuntimeError("the tests without a mutant ended their process")
-            self.notes.parent.mkdir(parents=True, exist_ok=True)
-            self.notes.write_text(json.dumps(answer), encoding="utf-8")
-        noted, modules = json.loads(self.notes.read_text(encoding="utf-8"))
-        for name in modules:  # once here, not in every fork
-            if name not in sys.modules and not name.startswith("hypothesis"):
-                with suppress(Exception):
-                    __import__(name)
-        self.noted = {name: Noted(*values) for name, values in noted.items()}
-        for number in self.waiting:
-            chosen = self.quick_tests(number)
-            limit = GRACE + PATIENCE * sum(self.noted[name].seconds for name in chosen)
-            tests = [items[name] for name in chosen]
-            self.found(number, _in_fork(lambda m=self.mutants[number], t=tests: _try(m, t), limit))
+        files: dict[str, list[pytest.Item]] = defaultdict(list)
+        for item in session.items:
+            files[item.nodeid.partition("::")[0]].append(item)
+        notes = self.notes()
+        unknown = [file for file in files if not notes.read(file, [self.digests[file]])]
+        self._side_by_side(unknown, lambda file: self._add_notes(file, files[file]))
+        notes = self.notes()
+        kept = {file: notes.read(file, [self.digests[file]]) for file in files}
+        if missing := [file for file, found in kept.items() if not found]:
+            raise RuntimeError(f"tests without a mutant ended their process: {', '.join(missing)}")
+        for found in kept.values():
+            noted, modules = next(iter(found.values()))
+            self.noted |= {name: Noted(*values) for name, values in noted.items()}
+            for name in modules:  # once here, not in every fork
+                if name not in sys.modules and not name.startswith("hypothesis"):
+                    with suppress(Exception):
+                        __import__(name)
+        self._side_by_side(self.waiting, lambda number: self._find(number, items))
         return True
+
+    def _side_by_side(self, every: list[Any], work: Callable[[Any], None]) -> None:
+        """Call a function with each of a list, in processes that take turns."""
+        children = []
+        for place in range(self.workers):
+            if (child := os.fork()) == 0:
+                try:
+                    for one in every[place :: self.workers]:
+                        work(one)
+                finally:
+                    os._exit(0)  # whatever happened, a fork must not go on as its parent would
+            children.append(child)
+        for child in children:
+            os.waitpid(child, 0)
+
+    def _add_notes(self, file: str, items: list[pytest.Item]) -> None:
+        answer = _in_fork(lambda: self._note(items), LONGEST)
+        if answer != NO_ANSWER:
+            self.notes().add(file, {self.digests[file]: answer})
+
+    def _find(self, number: int, items: dict[str, pytest.Item]) -> None:
+        chosen = self.quick_tests(number)
+        limit = GRACE + PATIENCE * sum(self.noted[name].seconds for name in chosen)
+        self.found(number, _in_fork(lambda: _try(self.mutants[number], [items[name] for name in chosen]), limit))
 
     def quick_tests(self, number: int) -> list[str]:
         """Return the tests that reach the line of a mutant in plain Python, the quickest first."""
@@ -95,8 +122,8 @@ class Mutation:
         quick = set(self.quick_tests(number))
         return [name for name, one in self.noted.items() if number in one.reached and name not in quick]
 
-    def _note(self, items: dict[str, pytest.Item]) -> Any:
-        """Return time, verdict and reached mutants of each test, and the modules that were loaded."""
+    def _note(self, items: list[pytest.Item]) -> Any:
+        """Return time, verdict and reached mutants of each test of a file, and the modules that were loaded."""
         reached: set[int] = set()
         of_function = defaultdict(dict)
         for number, mutant in self.mutants.items():
@@ -104,15 +131,15 @@ class Mutation:
         for function, mutants in of_function.items():
             function.__globals__[MARK] = reached.add
             function.__code__ = marked_code(mutants, MARK)
-        noted, listed, slow = {}, list(items.values()), {}
-        for index, item in enumerate(listed):
+        noted, slow = {}, {}
+        for index, item in enumerate(items):
             case = item.nodeid.partition("[")[0]
             if case in slow:  # what its first case reached stands for this one, too
                 noted[item.nodeid] = (SLOWEST, False, slow[case])
                 continue
             reached.clear()
             start = time.process_time()
-            passed = _passes(item, listed[index + 1] if index + 1 < len(listed) else None, SLOWEST)
+            passed = _passes(item, items[index + 1] if index + 1 < len(items) else None, SLOWEST)
             seconds = time.process_time() - start
             noted[item.nodeid] = (seconds, passed, sorted(reached))
             if seconds > SLOWEST:
