@@ -146,10 +146,12 @@ def run(count: int, seed: int, workers: int) -> Verdicts:
     KEPT.mkdir(parents=True, exist_ok=True)
     with (KEPT / "mutants.lock").open("w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
-        sample = drawn([one for name, f in functions().items() for one in mutants(name, f)], count, seed)
-        mark = fingerprint(["benchmarks.mutation.__main__"])
+        every = functions()
+        sample = drawn([one for name, function in every.items() for one in mutants(name, function)], count, seed)
+        mark = fingerprint({function.__module__ for function in every.values()})
+        tried = fingerprint([], text=str([mutant.key for mutant in sample.values()]))
         verdicts = Verdicts(KEPT / "mutants.jsonl", mark, sample)
-        notes = partial(Store, KEPT / "tests.jsonl", f"{mark}-{count}-{seed}")
+        notes = partial(Store, KEPT / "tests.jsonl", f"{mark}-{tried}")
         session = Mutation(sample, verdicts.left("plain"), notes, digests(), workers, partial(verdicts.add, "plain"))
         settings.register_profile("mutation", deadline=None, derandomize=True, database=None, phases=PHASES)
         if session.waiting or verdicts.left("compiled"):
