@@ -9,17 +9,7 @@ from scipy.integrate import solve_ivp
 import plant
 
 FRICTION = {"inertia": 20.0, "coulomb": 60.0, "stiction": 90.0, "viscous": 80.0, "stribeck_velocity": 0.05}
-MODELS = {
-    "stribeck": plant.JointModel(**FRICTION, friction_lag=0.02, offset=7.0),
-    "lugre": plant.LuGreJoint(**FRICTION, stiffness=1e5, damping=500.0, offset=7.0),
-    "elastic": plant.ElasticJoint(**FRICTION, friction_lag=0.02, link_share=0.25, link_stiffness=5e4, offset=7.0),
-}
 CHANGE = plant.JointChange(dry=1.5, viscous=0.5, inertia=2.0, lag=0.25, load=30.0)
-
-
-def changed(model, change=CHANGE):
-    parameters = model.parameters
-    return plant.CHANGE_JOINT[type(parameters)](parameters, change)
 
 
 def flat(parameters):
@@ -33,19 +23,29 @@ def test_every_kind_can_be_changed():
     assert plant.CHANGE_JOINT.keys() == plant.SCALE_JOINT.keys() == plant.STEP_JOINT.keys()
 
 
-@pytest.mark.parametrize("kind", MODELS)
-def test_changed_joint_is_the_joint_made_with_the_changed_fields(kind):
-    model = MODELS[kind]
-    fields = {**FRICTION, "coulomb": 90.0, "stiction": 135.0, "viscous": 40.0, "inertia": 40.0, "offset": 37.0}
-    if kind == "stribeck":
-        expected = plant.JointModel(**fields, friction_lag=0.005)
-    elif kind == "lugre":
-        expected = plant.LuGreJoint(**fields, stiffness=1.5e5, damping=750.0)  # bristles go with the dry friction
-    else:  # 15 + 5 kg m^2 become 15 + 10
-        expected = plant.ElasticJoint(
-            **{**fields, "inertia": 25.0}, friction_lag=0.005, link_share=0.4, link_stiffness=5e4
-        )
-    assert flat(changed(model)) == pytest.approx(flat(expected.parameters), rel=1e-14)
+LINK = {"link_stiffness": 5e4, "inertia": 25.0}  # 15 + 5 kg m^2 become 15 + 10
+LAG, SHORTER = {"friction_lag": 0.02}, {"friction_lag": 0.005}
+ELEMENTS = {"displacements": [2e-4, 5e-4, 1e-3, 2e-3]}
+
+
+@pytest.mark.parametrize(
+    ("kind", "before", "after"),
+    [
+        (plant.JointModel, LAG, SHORTER),
+        (plant.LuGreJoint, {"stiffness": 1e5, "damping": 500.0}, {"stiffness": 1.5e5, "damping": 750.0}),
+        (plant.ElasticJoint, LAG | {"link_share": 0.25}, SHORTER | {"link_share": 0.4} | LINK),
+        (plant.BacklashJoint, {"gap": 0.002, "link_share": 0.25}, {"gap": 0.002, "link_share": 0.4} | LINK),
+        (plant.MaxwellJoint, {"attraction": 2e3} | ELEMENTS, {"attraction": 12e3} | ELEMENTS),
+        (plant.ElastoPlasticJoint, {"presliding": 1e-3} | LAG, {"presliding": 1e-3} | SHORTER),
+    ],
+)
+def test_changed_joint_is_the_joint_made_with_the_changed_fields(kind, before, after):
+    """What bends before it slides goes with the dry friction."""
+    stiff = {"link_stiffness": 5e4} if "link_share" in before else {}
+    parameters = kind(**FRICTION, offset=7.0, **stiff, **before).parameters
+    fields = {"coulomb": 90.0, "stiction": 135.0, "viscous": 40.0, "inertia": 40.0, "offset": 37.0, **after}
+    expected = kind(**{**FRICTION, **fields}).parameters
+    assert flat(plant.CHANGE_JOINT[type(parameters)](parameters, CHANGE)) == pytest.approx(flat(expected), rel=1e-14)
 
 
 @pytest.mark.parametrize(("phase", "share"), [(0.0, 1.0), (0.7, 0.5)])

@@ -72,7 +72,7 @@ def test_twice_the_friction_on_twice_the_inertia_moves_alike_under_twice_the_tor
     assert after[:, 1] == pytest.approx(2.0 * before[:, 1], rel=1e-9, abs=1e-12)
 
 
-@pytest.mark.parametrize("velocity", [0.003, 0.3, -0.05])
+@pytest.mark.parametrize("velocity", [0.003, 3.0, -0.05])
 @pytest.mark.parametrize("kind", [*CARRIED, "elasto_plastic"])
 def test_friction_settles_on_the_stribeck_curve_of_its_direction(kind, velocity):
     model = type(MODELS[kind])(**{**MODELS[kind].model_dump(), "coulomb_backward": 40.0, "viscous_backward": 100.0})

@@ -96,6 +96,8 @@ def test_sliding_friction_follows_with_the_time_constant_of_the_attraction():
     before, level = sliding_friction(joint.friction, 0.01), sliding_friction(joint.friction, fast)
     time = 1e-4 * np.arange(1, 201)
     assert friction == pytest.approx(level + (before - level) * np.exp(-2e3 / level * time), abs=0.01 * before)
+    at_once = friction_along(model(viscous=0.0).parameters, np.arange(3) * 1e-4 * fast, period=1e-4, state=start)
+    assert at_once == pytest.approx(2 * [level], rel=1e-9)
 
 
 @st.composite

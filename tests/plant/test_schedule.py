@@ -4,7 +4,8 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.special import lambertw
 
-from plant import FrictionChange, FrictionVariation, friction_factor, heated, schedule
+from plant import FrictionChange, FrictionVariation, JointModel, friction_factor, heated, schedule
+from plant.schedule import check_factor
 
 
 def changes(*pairs):
@@ -53,3 +54,19 @@ def test_heating_solves_its_differential_equation_with_an_error_of_first_order()
 )
 def test_change_takes_effect_at_the_first_solver_step_not_before_its_time(time, period, start):
     assert schedule(changes((time, 0.5)), period).starts.tolist() == [0, start]
+
+
+def test_times_of_changes_ascend_strictly():
+    with pytest.raises(ValueError, match=r"time = 1 s follows 1 s; the times of changes must ascend strictly"):
+        schedule(changes((1.0, 0.5), (1.0, 0.7)), 0.001)
+
+
+def test_changes_are_refused_for_the_most_friction_that_they_come_to():
+    """Twice, half as much more when cold, 0.3 more at a place, and 1 % more for each of 30 N m."""
+    joint = JointModel(inertia=20.0, coulomb=60.0, stiction=90.0, viscous=80.0, stribeck_velocity=0.05).parameters
+    varying = FrictionVariation(warm_up_excess=0.5, position_amplitude=0.3, load_share=0.01)
+    plan = schedule([FrictionChange(time=1.0, friction_scale=2.0, load=-10.0)], 0.01, varying)
+    longest = 20.0 / 520.0 / (2.0 * 1.5 * 1.3 * 1.3)  # as of test_joint.py, over the factor
+    check_factor(joint, plan, 0.999 * longest, 20.0)
+    with pytest.raises(ValueError, match=r"^friction up to 5.07 times the joint's is"):
+        check_factor(joint, plan, 1.001 * longest, 20.0)

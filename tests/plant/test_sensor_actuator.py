@@ -57,6 +57,7 @@ def test_faults_of_a_sensor_come_as_often_as_stated_and_leave_the_noise_as_it_is
         ({"torque_limit": 50.0}, (70.0, 50.0, 7.0, -70.0), (50.0, 50.0, 7.0, -50.0)),
         ({"torque_resolution": 0.5}, (7.3, 7.2, -7.2, 1e9), (7.5, 7.0, -7.0, 1e9)),
         ({"torque_resolution": 3.0, "torque_limit": 50.0}, (70.0, -70.0, 4.0), (48.0, -48.0, 3.0)),
+        ({"torque_resolution": 50.0, "torque_limit": 50.0}, (30.0, 20.0), (50.0, 0.0)),
         ({"rate_limit": 200.0}, (70.0, 11.0, -70.0), (12.0, 11.0, 8.0)),  # within 10 ms of 10 N m
         ({"rate_limit": 200.0, "torque_limit": 11.5, "torque_resolution": 1.0}, (70.0, 8.6), (11.0, 9.0)),
     ],

@@ -59,8 +59,9 @@ def test_numbers_are_written_as_c_has_them():
         "true false -7 INT64_MIN 2.0 -1e-07 -0.0 (double)NAN (double)INFINITY (double)-INFINITY",
         "true false -7 INT64_MIN 2.0f -1e-07f -0.0f NAN INFINITY -INFINITY",
     ]
-    with pytest.raises(NotTranslatable, match=r"^LARGEST = 1e\+39 is too large for single precision"):
-        SINGLE.literal(1e39, "LARGEST")
+    for value in (1e39, -1e39):
+        with pytest.raises(NotTranslatable, match=r"^LARGEST = -?1e\+39 is too large for single precision"):
+            SINGLE.literal(value, "LARGEST")
 
 
 @settings(max_examples=100)
@@ -114,11 +115,12 @@ def test_long_lines_are_broken_where_least_is_nested_and_each_field_has_its_own(
 
 
 ALIKE = ["x - (x - 1.0)", "x - 1.0 - x", "x / (x * 2.0)", "x * 2.0 / x", "x * (x + 1.0)", "-(-x)", "x - -1.0"]
-EXPRESSIONS = {each: each for each in ALIKE} | {
+EXPRESSIONS = {each: each for each in [*ALIKE, "(n == 2) != (n == 3)"]} | {
     "not (x < 1.0 or n > 0) and (0.0 < x <= 1.0 or n < 0)": "!(x < 1.0 || n > 0) && ((0.0 < x && x <= 1.0) || n < 0)",
     "x if n > 0 else (1.0 if n < 0 else 0.0)": "n > 0 ? x : (n < 0 ? 1.0 : 0.0)",
     "(1 if x > 0.0 else 2) * n / 2": "(double)((x > 0.0 ? 1 : 2) * n) / 2.0",
     "2 * COUNT * x + DEPTH": "(double)(2 * MADE_COUNT) * x + (double)MADE_DEPTH",
+    "x < (x, 1.0)[1]": "x < value.at[1]",
     "int(x) - int(n)": "(int64_t)x - n | whole_number(x) - n",
     "x**2 + x**x - max(x, n, 1)": "square(x) + pow(x, x) - larger(larger(x, (double)n), 1.0)",
     "abs(x) + abs(n)": "fabs(x) + (double)absolute_integer(n)",
@@ -150,6 +152,8 @@ KERNEL = """def kernel(x, n, row, t, p):
     \"\"\"Return a sum.\"\"\"
     # above
     total, new = 0.0, 2  # beside
+    x, total = total, x
+    t[1] = (x, 2.0)
     for i in range(row.size):
         if i == n:  # the one
             continue
@@ -166,9 +170,11 @@ typedef struct {{
 /* Return a sum. */
 static inline double kernel(double x, int64_t n, double *row, double (*t)[2], x_Point p)
 {{
-    (void)row; (void)t; (void)p;
+    (void)row; (void)p;
     /* above */ /* beside */
     double total = 0.0; const int new_ = 2; (void)new_;
+    const double value = total; const double value2 = x; x = value; total = value2;
+    const x_real_tuple2 value3 = (x_real_tuple2){{{{x, 2.0}}}}; t[1][0] = value3.at[0]; t[1][1] = value3.at[1];
     for (int i = 0; i < 3; i++) {{
         /* the one */
         if (i == n) {{ continue; }} else if (x > 1.0) {{ total += (double)i; }} else {{ break; }}
