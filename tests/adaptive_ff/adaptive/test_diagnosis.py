@@ -82,7 +82,7 @@ def test_a_weight_is_not_known_without_a_position(worked):
 
 
 WORDS = {Code.INERTIA_FAR: "that the feedback was designed for", Code.INNOVATIONS_COLOURED: "correlated by -0.60"}
-QUIET = {"moved": 20.0, "square": 1.0, "product": 0.45, "torque_known": True, "plan_known": True}
+QUIET = {"moved": 20.0, "square": 0.5, "product": 0.2, "torque_known": True, "plan_known": True}
 
 
 @pytest.mark.parametrize(
@@ -90,7 +90,7 @@ QUIET = {"moved": 20.0, "square": 1.0, "product": 0.45, "torque_known": True, "p
     [
         (1001, {"moved": 0.0}, {}, Code.NO_MOTION, {"time": 10.01}),
         (1000, {"moved": 0.0}, {}, None, None),
-        (2000, {"product": -0.6}, {}, Code.INNOVATIONS_COLOURED, {"correlation": -0.6}),
+        (2000, {"product": -0.3}, {}, Code.INNOVATIONS_COLOURED, {"correlation": -0.6}),
         (2000, {}, {"weight": 0.6}, Code.JUST_CHANGED, {"probability": 0.6}),
         (2000, {}, {"enabled": False}, Code.HELD, {}),
         (2000, {}, {"inertia": (30.1, 5.0)}, Code.INERTIA_FAR, {"ratio": 1.505, "assumed": 20.0}),
