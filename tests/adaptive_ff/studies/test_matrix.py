@@ -1,14 +1,16 @@
-"""The scenario matrix: its scenarios, its jobs that resume and spread, its tables."""
+"""The scenario matrix: its scenarios, its jobs that resume and spread, own controllers in it, its tables."""
 
+import inspect
 import json
 import math
 
 import numpy as np
 import pytest
-from command_line import run_command_line
+from command_line import refusal, run_command_line
 
-from adaptive_ff import load_scenario, simulate
+from adaptive_ff import InputError, load_scenario, simulate
 from adaptive_ff.comparison.registry import CONTROLLERS
+from adaptive_ff.report.study_pictures import column_groups
 from adaptive_ff.report.tables import gains_table, ranking_table
 from adaptive_ff.scenario.library import GROUPS, SCENARIOS, grouped, scenario_names
 from adaptive_ff.simulation.metrics import rms
@@ -18,6 +20,15 @@ from adaptive_ff.studies.tracking import run_errors
 from controllers import fastest_bandwidth
 
 ASKED = [name for names in GROUPS.values() for name in names]
+JOB = matrix.Job("paper_100hz", 1, False)
+
+
+class Mine:
+    def __init__(self, proportional):
+        self.gain = proportional
+
+    def step(self, reference, velocity):
+        return self.gain * (reference - velocity)
 
 
 @pytest.fixture
@@ -28,7 +39,15 @@ def short(monkeypatch, tmp_path):
         text = text.replace("duration = 60.0", "duration = 8.0").replace("duration = 90.0", "duration = 24.0")
         (tmp_path / f"{name}.toml").write_text(text.replace("time = 45.0", "time = 10.0"), encoding="utf-8")
     monkeypatch.setattr(matrix, "SCENARIOS", tmp_path)
+    monkeypatch.setattr("adaptive_ff.scenario.library.SCENARIOS", tmp_path)
     return ["friction_drops", "paper_100hz"]
+
+
+@pytest.fixture
+def mine(tmp_path):
+    """A file with an own controller."""
+    (tmp_path / "mine.py").write_text(inspect.getsource(Mine), encoding="utf-8")
+    return tmp_path / "mine.py"
 
 
 def test_every_scenario_is_in_one_group_and_valid():
@@ -126,10 +145,39 @@ def test_controller_that_fails_has_no_figures(short, monkeypatch):
         raise ValueError("no")
 
     monkeypatch.setitem(CONTROLLERS, "failing", fail)
-    found = matrix.run_job({}, matrix.Job("paper_100hz", 1, False), ["pi", "failing"])
+    found = matrix.run_job({}, JOB, ["pi", "failing"])
     assert found["failing"] == {}
-    cells = matrix.collect({matrix.Job("paper_100hz", 1, False): found})
-    assert set(cells["paper_100hz"]) == {"pi"}
+    assert set(matrix.collect({JOB: found})["paper_100hz"]) == {"pi"}
+
+
+def test_own_controller_is_run_beside_the_others_and_kept_until_its_file_changes(
+    short, mine, tmp_path, monkeypatch, one_thread
+):
+    run, ran = matrix.run_job, []
+    monkeypatch.setattr(matrix, "run_job", lambda own, job, names: ran.append(names) or run(own, job, names))
+
+    def run_own(controller):
+        return matrix.run_matrix([JOB], ["pi"], tmp_path / "out", own={"mine": controller}, executor=one_thread)
+
+    results = run_own(f"{mine}:Mine")
+    scenario = matrix.cell_scenario(*JOB)
+    alone = simulate(scenario, Mine(scenario.feedback.gains[0])).metrics
+    assert results[JOB]["mine"]["rms_error_settled"] == alone.rms_error_settled
+    run_own(f"{mine}:Mine")
+    assert ran == [["pi", "mine"]]
+    mine.write_text(mine.read_text(encoding="utf-8") + "# changed\n", encoding="utf-8")
+    run_own(f"{mine}:Mine")
+    assert ran == [["pi", "mine"], ["mine"]]
+    living = run_own(Mine)
+    assert ran[2:] == [["mine"]]  # whether it is the same, nobody knows
+    assert living == results
+
+
+def test_mistakes_in_own_controllers_are_refused(short, tmp_path):
+    with pytest.raises(InputError, match="'pi' is not allowed"):
+        matrix.run_matrix([JOB], ["pi"], tmp_path / "out", own={"pi": Mine})
+    with pytest.raises(InputError, match="has no method step"):
+        matrix.run_matrix([JOB], ["pi"], tmp_path / "out", own={"mine": lambda: 3})
 
 
 def made_up(**errors):
@@ -177,21 +225,40 @@ def test_tables_follow_the_groups():
     assert first < servo < second
 
 
-def test_matrix_command_writes_tables_pictures_and_runs(tmp_path):
+def test_table_and_picture_show_own_controllers(short, tmp_path):
+    own = {"mine": lambda proportional: Mine(proportional)}
+    table = gains_table(matrix.collect(matrix.run_matrix([JOB], ["pi", "oracle"], tmp_path / "out", own=own)), "title")
+    assert table.heads == ("scenario", "pi", "oracle", "mine")
+    assert table.units == ("", "mrad/s", "", "")
+    groups = column_groups(["pi", "coulomb_true", "canudas", "oracle", "mine", "adaptive"])
+    assert groups == {"own": ["mine"], "ours": ["adaptive"], "learners": ["canudas"], "knows the truth": ["oracle"]}
+
+
+def test_matrix_command_writes_tables_pictures_and_runs(short, mine, tmp_path):
+    out = tmp_path / "out"
     words = ["matrix", "--only", "paper_100hz", "--seeds", "1", "--fastest", "--controller", "oracle"]
-    words += ["--controller", "adaptive", "--out", tmp_path, "--json", tmp_path / "all.json"]
-    assert "paper_100hz" in run_command_line(*words).out
+    words += ["--controller", "adaptive", "--own", f"{mine}:Mine", "--out", out, "--json", tmp_path / "all.json"]
+    outcome = run_command_line(*words)
+    assert outcome.status == 0, outcome
+    assert "Mine" in outcome.out
+    assert "paper_100hz" in outcome.out
     rows = json.loads((tmp_path / "all.json").read_text(encoding="utf-8"))["runs"]
+    names = ("pi", "oracle", "adaptive", "Mine")
+    assert [row["controller"] for row in rows if not row["fastest"]] == list(names)
     assert {(row["controller"], row["fastest"]) for row in rows} == {
-        (name, fast) for name in ("pi", "oracle", "adaptive") for fast in (False, True)
+        (name, fast) for name in names for fast in (False, True)
     }
     assert all(math.isfinite(row["rms_error_settled"]) for row in rows)
-    assert "| paper_100hz |" in (tmp_path / "matrix.md").read_text(encoding="utf-8")
+    assert "| paper_100hz |" in (out / "matrix.md").read_text(encoding="utf-8")
     for name in ("matrix_own_loop.png", "matrix_fastest_loop.png", "runs.csv"):
-        assert (tmp_path / name).stat().st_size > 500
-    reproduced = load_scenario(tmp_path / "scenarios" / "paper_100hz-own-1.toml")
+        assert (out / name).stat().st_size > 500
+    reproduced = load_scenario(out / "scenarios" / "paper_100hz-own-1.toml")
     own = next(row for row in rows if row["controller"] == "adaptive" and not row["fastest"])
     assert simulate(reproduced, "adaptive").metrics.rms_error_settled == own["rms_error_settled"]
+    assert "'nothing' is not known; there are friction_drops, paper_100hz" in refusal("matrix", "--only", "nothing")
+    assert "--controller: 'nothing' is not known" in refusal("matrix", "--controller", "nothing")
+    line = refusal("matrix", "--controller", "pi", "--seeds", "1", "--out", mine)
+    assert line == f"adaptive-ff: {mine}/runs.jsonl: cannot be written: File exists"
 
 
 @pytest.mark.filterwarnings("ignore")  # what the cluster's own modules warn of is not ours
