@@ -1,15 +1,18 @@
-"""Reference motions: the spectrum of the multisine, recorded motions resampled, and what is computed once."""
+"""Reference motions: the spectrum of the multisine, series on even grids, recorded motions and those that are none."""
 
 import math
 import warnings
 
 import numpy as np
 import pytest
+from scenario_files import refused
 
 from adaptive_ff import InputError, load_scenario
 from adaptive_ff.files import write_csv
 from adaptive_ff.scenario import content as module
 from adaptive_ff.scenario.reference import Multisine, Recorded
+from adaptive_ff.scenario.series import CHUNK, size_and_lost_fraction, sum_of_sines
+from adaptive_ff.scenario.tables import Sampling
 
 MULTISINE = load_scenario().reference
 PERIOD = 0.001
@@ -76,6 +79,38 @@ def test_phases_come_from_the_generator():
     sine = Multisine(frequencies=[0.1], amplitudes=[1.0], peak=0.35, fade_in=0.0)
     phases = [math.asin(draw(sine, time, seed)[0] / 0.35) for seed in range(200)]
     assert np.std(phases) == pytest.approx(math.pi / math.sqrt(12.0), rel=0.1)  # of evenly spread ones, folded
+
+
+OMEGAS = 2.0 * math.pi * np.array([0.01, 0.23, 1.0])
+PHASES, WEIGHTS = np.array([0.3, 6.1, 2.5]), np.array([1.0, -0.4, 0.25])
+
+
+@pytest.mark.parametrize("size", [1, 2, 3, 60001, CHUNK + 700])
+def test_sum_is_that_of_the_sines_of_the_whole_grid(size):
+    time = 0.001 * np.arange(size)
+    angles = OMEGAS[:, None] * time + PHASES[:, None]
+    found = sum_of_sines(OMEGAS, PHASES, WEIGHTS, time)
+    np.testing.assert_allclose(found, WEIGHTS @ np.sin(angles), rtol=0.0, atol=4e-13)
+
+
+@pytest.mark.parametrize("period", [0.001, 0.002, 0.01, 0.3])
+@pytest.mark.parametrize("jitter", [0.0, 0.9])
+@pytest.mark.parametrize("length", [3.0, 1.2e-3 * CHUNK])
+def test_size_and_lost_fraction_are_those_of_an_interpolation(period, jitter, length):
+    """Oracle: numpy's interpolation of the whole series."""
+    steps = Sampling(period=period, jitter=jitter).steps(length, 0.001)
+    series = np.random.default_rng(1).standard_normal(steps[-1] + 1).cumsum() + 5.0
+    lost = series - np.interp(np.arange(series.size), steps, series[steps])
+    size, fraction = size_and_lost_fraction(series, steps)
+    assert size == pytest.approx(math.sqrt(np.mean(series**2)), rel=1e-12)
+    assert fraction == pytest.approx(math.sqrt(np.mean(lost**2) / np.mean(series**2)), rel=1e-9, abs=1e-15)
+
+
+def test_straight_line_loses_nothing_and_a_wave_that_is_zero_at_every_sample_all():
+    steps = 10 * np.arange(41)
+    assert size_and_lost_fraction(0.5 * np.arange(401.0), steps)[1] < 1e-15
+    assert size_and_lost_fraction(np.sin(0.1 * math.pi * np.arange(401)), steps)[1] == pytest.approx(1.0, rel=1e-12)
+    assert size_and_lost_fraction(np.zeros(401), steps) == (0.0, 0.0)
 
 
 def test_recorded_reference_that_is_too_fast_for_the_sampling_is_refused(tmp_path):
@@ -193,3 +228,94 @@ def test_reference_too_fast_for_one_sampling_is_still_refused_after_another():
     scenario = load_scenario().modified(duration=3.0, reference=wave, feedback={"bandwidth": 1.0})
     with pytest.raises(InputError, match="lie between the samples"):
         scenario.modified(sampling={"period": 0.1})
+
+
+GOOD = ["time,velocity", "0,0.0", "20,0.1", "40,-0.1", "60,0.0"]
+
+
+def refusal(path):
+    """The message; the same, behind its own name, when the motion is asked for by a scenario."""
+    message = refused(f"{path}: ", read, path)
+    assert refused(f"built-in scenario: {path}: ", load_scenario, reference=path) == message
+    return message
+
+
+def refusal_of(folder, lines):
+    path = folder / "motion.csv"
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    return refusal(path)
+
+
+def with_line(number, line):
+    return [*GOOD[:number], line, *GOOD[number + 1 :]]
+
+
+def test_motion_is_read_as_logs_are(tmp_path):
+    """In all ways in which tables of a log are: here comments, semicolons and decimal commas."""
+    plain, other = tmp_path / "plain.csv", tmp_path / "other.csv"
+    plain.write_text("\n".join(GOOD), encoding="utf-8")
+    other.write_text("# by the drive\ntime;velocity\n0;0,0\n\n20;0,1\n40;-0,1\n60;0,0", encoding="utf-8")
+    time = np.linspace(0.0, 60.0, 61)
+    motions = [read(path).velocity(time) for path in (plain, other)]
+    assert np.array_equal(*motions)
+    assert np.ptp(motions[0]) > 0.1
+
+
+COLUMNS = ("t,velocity", "time,speed", "time", "0,0.0", "Time,Velocity")
+CELLS = ("nan", "inf", "-inf", "1e400", "", " ", "fast", "0.1 rad/s", "0x10", "1_0", "--1", "None", "\u00bd")
+NUMBER = "is not allowed: it must be a finite number"
+MESSAGES = [
+    *((lines, "the file is empty; it must have a header line and rows of numbers") for lines in ([], ["", "  ", ",,"])),
+    *((GOOD[:rows], f"{rows - 1} rows are not enough for a motion; there must be at least 4") for rows in (1, 2, 4)),
+    *(
+        (with_line(0, one), f"the columns are {one.replace(',', ', ')}; there must be time and velocity or position")
+        for one in COLUMNS
+    ),
+    *((with_line(3, f"40,{cell}"), f"velocity = {cell!r} in row 3 {NUMBER}") for cell in CELLS),
+    *((with_line(3, f"{cell},0.1"), f"time = {cell!r} in row 3 {NUMBER}") for cell in CELLS),
+    (with_line(2, "20"), f"velocity = '' in row 2 {NUMBER}"),
+    ([f"{line},{line.split(',')[1]}" for line in GOOD], "there are 2 columns velocity; there must be one"),
+    *(
+        (lines, f"time = {time} s in row {row} follows {before} s; times must ascend strictly")
+        for lines, time, row, before in (
+            (with_line(3, "20,0.1"), 20, 3, 20),
+            (with_line(3, "19.9,0.1"), 19.9, 3, 20),
+            (with_line(3, "-1e300,0.1"), "-1e+300", 3, 20),
+            (with_line(3, "60,0.1"), 60, 4, 60),
+            (with_line(1, "-1e18,0"), 40, 3, 20),  # too far from the first to be told apart
+            ([GOOD[0], "-1e308,0", "0,0", "1e308,0", "1.1e308,0"], "1.1e+308", 4, "1e+308"),
+        )
+    ),
+]
+
+
+@pytest.mark.parametrize(("lines", "message"), MESSAGES)
+def test_lines_that_are_no_motion(tmp_path, lines, message):
+    assert refusal_of(tmp_path, lines) == message
+
+
+@pytest.mark.parametrize(
+    ("lines", "begin"),
+    [
+        # as decimal commas would make it
+        (with_line(2, "20,0,0,1"), "the header has 2 names, but row 2 has 4 cells: "),
+        (with_line(2, "20,0.1,,7"), "the header has 2 names, but row 2 has 4 cells: "),
+        ([GOOD[0], "-1e308,0", "-1e307,0", "0,0", "1e308,0"], "no smooth curve goes through the values: "),
+        (with_line(0, ",".join(f'"column\n{i}"' for i in range(100))), "the columns are column 0, column 1"),
+    ],
+)
+def test_message_of_long_lines_is_short(tmp_path, lines, begin):
+    message = refusal_of(tmp_path, lines)
+    assert message.startswith(begin)
+    assert len(message) < 200
+
+
+NO_TEXT = (b"\xff\xfe\x00\xd8t\x00i\x00", b"time,velocity\n0,\xe9\n", b"x" * 200_000)
+UNREADABLE = [*(("motion.csv", content) for content in NO_TEXT)]
+UNREADABLE += [(name, "\n".join(GOOD).encode()) for name in (".", "missing.csv", "motion.csv/inside", "x" * 300)]
+
+
+@pytest.mark.parametrize(("name", "content"), UNREADABLE)
+def test_file_that_cannot_be_read(tmp_path, name, content):
+    (tmp_path / "motion.csv").write_bytes(content)
+    assert refusal(tmp_path / name).startswith("cannot be read: ")
