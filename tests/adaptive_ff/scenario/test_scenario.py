@@ -45,6 +45,12 @@ def load(folder, content):
     return load_scenario(write_scenario(folder, content))
 
 
+def write_motion(path):
+    """Write a minute of a constant velocity."""
+    path.write_text("time,velocity\n" + "".join(f"{t},0.1\n" for t in range(61)), encoding="utf-8")
+    return {"kind": "csv", "path": str(path)}
+
+
 def refusal(folder, content):
     return refused(f"{folder / 'scenario.toml'}: ", load, folder, content)
 
@@ -143,23 +149,19 @@ def test_modified_merges_into_a_table_and_leaves_the_original_alone():
         "change": [{"time": 30.0, "friction_scale": 0.6}],
     }
     assert modified.modified(change=[]).change == []
-
-
-def test_modified_replaces_a_reference_of_another_kind_and_merges_into_one_of_the_same(tmp_path):
-    path = tmp_path / "motion.csv"
-    path.write_text("time,velocity\n" + "".join(f"{t},0.1\n" for t in range(61)), encoding="utf-8")
-    scenario = load_scenario().modified(reference={"kind": "csv", "path": str(path)})
-    assert scenario.reference == Recorded(kind="csv", path=str(path))
-    assert load_scenario().modified(reference={"kind": "multisine", "peak": 0.1}).reference.fade_in == 2.0
-    assert scenario.modified(reference={"kind": "multisine", "fade_in": 1.0}).reference == Multisine(fade_in=1.0)
-
-
-def test_modified_merges_into_a_table_that_was_left_out():
-    content = changed(built_in(), "reference", REMOVED)
+    content = changed(built_in(), "reference", REMOVED)  # into a table that was left out
     modified = parse_scenario(content, "here").modified(reference={"peak": 0.1}, fixed={"inertia": 1.0})
     assert modified.reference == Multisine(peak=0.1)
     without = parse_scenario(changed(content, "fixed", REMOVED), "here")
     assert without.modified(fixed={"inertia": 1.0}).fixed.coulomb == 0
+
+
+def test_modified_replaces_a_reference_of_another_kind_and_merges_into_one_of_the_same(tmp_path):
+    recorded = write_motion(tmp_path / "motion.csv")
+    scenario = load_scenario().modified(reference=recorded)
+    assert scenario.reference == Recorded(**recorded)
+    assert load_scenario().modified(reference={"kind": "multisine", "peak": 0.1}).reference.fade_in == 2.0
+    assert scenario.modified(reference={"kind": "multisine", "fade_in": 1.0}).reference == Multisine(fade_in=1.0)
 
 
 def test_modified_checks_like_a_file():
@@ -169,22 +171,65 @@ def test_modified_checks_like_a_file():
         load_scenario().modified(load=1)
 
 
-def test_torque_limit_below_stiction_is_cautioned_against():
+FREE = parse_scenario(changed(built_in(), "reference.peak", REMOVED), "test")
+
+
+def peak(scenario):
+    return float(np.max(np.abs(scenario.reference_velocity())))
+
+
+def test_default_peak_of_the_built_in_joint_is_the_one_that_its_file_gives():
+    assert peak(FREE) == pytest.approx(0.35)
+    assert peak(load_scenario()) == pytest.approx(0.35)
+    assert np.allclose(FREE.reference_velocity(), load_scenario().reference_velocity(), rtol=1e-12, atol=0.0)
+
+
+def test_default_peak_is_seven_stribeck_velocities_unless_the_torque_limit_is_low():
+    assert peak(FREE.modified(joint={"stribeck_velocity": 0.02})) == pytest.approx(0.14)
+    weak = FREE.modified(actuator={"torque_limit": 150.0})
+    reference, joint = weak.reference_velocity(), weak.joint
+    assert peak(weak) < 0.2
+    fastest = np.max(np.abs(np.diff(reference))) / joint.solver_period
+    assert joint.inertia * fastest + joint.viscous * peak(weak) + joint.stiction == pytest.approx(0.7 * 150.0)
+    assert peak(FREE.modified(actuator={"torque_limit": 100.0})) == pytest.approx(0.35)  # cannot move it anyway
+
+
+def test_reference_that_is_too_slow_or_too_fast_is_warned_of_with_a_peak_that_suits():
+    assert load_scenario().cautions() == []
+    (slow,) = load_scenario().modified(reference={"peak": 0.06}).cautions()
+    assert slow.startswith("the reference never exceeds 0.06 rad/s, 1.2 times joint.stribeck_velocity = 0.05 rad/s")
+    assert slow.endswith("a peak of 0.35 rad/s would")
+    (fast,) = load_scenario().modified(reference={"peak": 8.0}).cautions()
+    assert fast.startswith("the reference needs more than actuator.torque_limit = 400 N m in ")
+    suggested = float(fast.partition("a peak of ")[2].partition(" ")[0])
+    assert load_scenario().modified(reference={"peak": suggested}).cautions() == []
+    twice = load_scenario().modified(reference={"peak": 2.0 * suggested}).cautions()
+    assert len(twice) <= 1
+
+
+def test_joint_that_the_loop_cannot_move_smoothly_is_cautioned_against():
     assert load_scenario().modified(actuator={"torque_limit": 90.0}).cautions() == []
     assert load_scenario().modified(actuator={"torque_limit": 80.0}).cautions() == [
         "actuator.torque_limit = 80 N m is below joint.stiction = 90 N m: tracking is impossible, the joint cannot "
         "break away from rest"
     ]
-
-
-def test_friction_that_falls_more_steeply_than_the_gain_is_cautioned_against():
-    slow = {"inertia": 20.0, "proportional": 519.0, "integral": 1000.0}  # the curve falls by 30/0.05 - 80 = 520 at rest
+    slow = {"inertia": 20.0, "proportional": 521.0, "integral": 1000.0}  # the curve falls by 30/0.05 - 80 = 520 at rest
     content = {**built_in(), "feedback": slow}
-    assert parse_scenario(changed(content, "feedback.proportional", 521.0), "here").cautions() == []
-    assert parse_scenario(content, "here").cautions() == [
+    assert parse_scenario(content, "here").cautions() == []
+    assert parse_scenario(changed(content, "feedback.proportional", 519.0), "here").cautions() == [
         "the friction curve falls by up to 520 N m s/rad, more than the proportional gain of 519 N m s/rad can hold: "
         "the loop will hunt at low speed"
     ]
+
+
+def test_warnings_of_a_linear_axis_have_its_units():
+    linear = load_scenario().modified(joint={"axis": "linear"})
+    (slow,) = linear.modified(reference={"peak": 0.06}).cautions()
+    assert slow.startswith("the reference never exceeds 0.06 m/s, 1.2 times joint.stribeck_velocity = 0.05 m/s")
+    weak = linear.modified(actuator={"torque_limit": 80.0}).cautions()
+    assert weak[0].startswith("actuator.torque_limit = 80 N is below joint.stiction = 90 N: ")
+    (steep,) = linear.modified(joint={"stiction": 1000.0}, actuator={"torque_limit": 4000.0}).cautions()
+    assert " N s/m, more than the proportional gain" in steep
 
 
 @pytest.mark.parametrize(
@@ -197,11 +242,6 @@ def test_file_that_is_no_toml_is_refused_with_its_name(tmp_path, content):
     assert refused(f"{path}: is not valid TOML: ", load_scenario, path)
 
 
-def test_empty_file_lacks_its_tables(tmp_path):
-    path = write_scenario(tmp_path, {})
-    assert refused(f"{path}: ", load_scenario, path) == "joint, feedback and adaptation are missing; they must be given"
-
-
 @pytest.mark.parametrize("name", [".", "missing.toml", "scenario.toml/inside", "x" * 300])
 def test_file_that_cannot_be_read_is_refused_with_its_name(tmp_path, name):
     write_scenario(tmp_path, short())
@@ -211,7 +251,7 @@ def test_file_that_cannot_be_read_is_refused_with_its_name(tmp_path, name):
 def test_path_of_a_recorded_reference_is_relative_to_the_scenario_file(tmp_path, monkeypatch):
     folder = tmp_path / "inside"
     folder.mkdir()
-    (folder / "motion.csv").write_text("time,velocity\n" + "".join(f"{t},0.1\n" for t in range(61)), encoding="utf-8")
+    write_motion(folder / "motion.csv")
     path = write_scenario(folder, {**built_in(), "reference": {"kind": "csv", "path": "motion.csv"}})
     monkeypatch.chdir(tmp_path)
     assert load_scenario("inside/scenario.toml").motion.duration == 60.0
