@@ -310,6 +310,13 @@ def test_spectrum_tells_a_sine_from_white_noise(is_position):
     assert found.quiet == pytest.approx(quiet, rel=0.05)
 
 
+def test_lines_of_an_encoder_beyond_an_empty_octave_are_no_motion():
+    waves = {hertz: np.sin(hertz * TURN * 0.001 * np.arange(20_000)) for hertz in (2.0, 5.0, 10.0, 20.0, 40.0)}
+    for further, motion in (((40.0,), 2.0), ((5.0, 10.0, 20.0, 40.0), 40.0)):
+        velocity = waves[2.0] + 0.3 * sum(waves[hertz] for hertz in further)
+        assert spectrum(velocity, 0.001, is_position=False).motion == pytest.approx(motion, abs=0.11)
+
+
 def test_noise_of_the_motion_is_as_large_in_its_columns_as_is_said():
     log = make_log(period=0.004)
     noise = 1e-3 * np.random.default_rng(11).standard_normal(log.time.size)

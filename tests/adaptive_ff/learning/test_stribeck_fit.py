@@ -7,6 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import stats
 from scipy.optimize import curve_fit, least_squares
+from scipy.special import polygamma, psi
 
 from adaptive_ff.learning.stribeck import Points, _inverse_information, fit_stribeck, search
 from adaptive_ff.learning.support_points import support_points
@@ -87,8 +88,6 @@ def test_information_is_infinite_for_what_the_columns_do_not_determine():
     assert np.isinf(inverse[0, 1:]).all()
     off = first - second * (first @ second) / (second @ second)
     assert inverse[0, 0] == pytest.approx(1e-6 / (off @ off), rel=1e-9)
-    whole = np.column_stack([first, 1e-6 * second])
-    assert _inverse_information(whole) == pytest.approx(np.linalg.inv(whole.T @ whole), rel=1e-9)
 
 
 @pytest.mark.parametrize("name", [*TRUE._fields, "offset"])
@@ -214,3 +213,22 @@ def test_standard_errors_from_few_readings_scatter_less_than_their_spread():
     assert own > 0.25
     assert shared < 0.15
     assert np.median(points.standard_error * np.sqrt(5.0) / true) == pytest.approx(1.0, abs=0.15)
+
+
+def shared(spread):
+    """Standard deviations that points at rising speeds are taken to have, of three readings of a spread each."""
+    velocity = np.repeat(np.geomspace(0.1, 1.0, spread.size)[:, np.newaxis], 3, axis=1)
+    return math.sqrt(3.0) * support_points(velocity, 9.0 + np.outer(spread, [-1.0, 0.0, 1.0])).standard_error
+
+
+def test_spreads_are_drawn_to_their_trend_as_empirical_bayes_of_smyth_does():
+    spread = np.array([0.1, 0.4, 0.2, 1.5])
+    level, variance = 2.0 * np.log(spread) + np.euler_gamma, shared(spread) ** 2
+    slope, constant = np.polyfit(spread**2, variance, 1)
+    half = 1.0 / slope - 1.0  # degrees of freedom of the prior, over two
+    assert variance == pytest.approx(slope * spread**2 + constant)
+    assert polygamma(1, half) == pytest.approx(np.var(level, ddof=1) - math.pi**2 / 6.0)
+    assert constant / (1.0 - slope) == pytest.approx(math.exp(level.mean() + psi(half)) / half)
+    trend = np.geomspace(0.2, 2.0, 5)  # from five points on a power of the speed
+    assert shared(trend) == pytest.approx(trend * math.exp(0.5 * np.euler_gamma))
+    assert shared(spread[:1]) == pytest.approx(spread[:1])

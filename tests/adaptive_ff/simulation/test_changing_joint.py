@@ -50,13 +50,15 @@ def test_gravity_and_torque_constant_act_on_the_joint_and_are_not_reported():
 
 
 def test_oracle_knows_gravity_load_and_payload():
-    quiet = {"sensor": {"velocity_noise": 0.0}, "duration": 20.0}
-    plain = rms(error(simulate(BASE.modified(**quiet), "oracle"))[10_000:])
+    def error(name, **tables):
+        run = simulate(BASE.modified(sensor={"velocity_noise": 0.0}, duration=20.0, **tables), name)
+        return rms((run.reference - run.velocity)[10_000:])
+
+    plain = error("oracle")
     change = [{"time": 5.0, "load": 60.0, "inertia_scale": 2.0}]
     for tables in ({"joint": {"gravity": 100.0}}, {"change": change, "actuator": {"torque_limit": 600.0}}):
-        scenario = BASE.modified(**quiet, **tables)
-        assert rms(error(simulate(scenario, "oracle"))[10_000:]) < 1.3 * plain
-        assert rms(error(simulate(scenario, "pi"))[10_000:]) > 3.0 * plain
+        assert error("oracle", **tables) < 1.3 * plain
+        assert error("pi", **tables) > 3.0 * plain
 
 
 def test_assumed_delay_is_that_of_all_controllers_but_the_oracle():
@@ -66,7 +68,3 @@ def test_assumed_delay_is_that_of_all_controllers_but_the_oracle():
     assert make_controller(scenario, "adaptive").parameters.feedback.delay == 0.0
     assert make_controller(scenario, "oracle").parameters.feedback.delay == 1.0
     assert BASE.modified(actuator={"delay": 0.01}, feedback={"bandwidth": 5.0}).assumed_delay == 1.0
-
-
-def error(run):
-    return run.reference - run.velocity
