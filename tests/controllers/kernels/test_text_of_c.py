@@ -39,6 +39,9 @@ class Point(NamedTuple):
 def at(row, n, k):
     return row[natural(n) + k]
 
+def two():
+    return 2
+
 '''
 
 
@@ -120,6 +123,7 @@ EXPRESSIONS = {each: each for each in [*ALIKE, "(n == 2) != (n == 3)"]} | {
     "x if n > 0 else (1.0 if n < 0 else 0.0)": "n > 0 ? x : (n < 0 ? 1.0 : 0.0)",
     "(1 if x > 0.0 else 2) * n / 2": "(double)((x > 0.0 ? 1 : 2) * n) / 2.0",
     "2 * COUNT * x + DEPTH": "(double)(2 * MADE_COUNT) * x + (double)MADE_DEPTH",
+    "x if two() > 1 else 0.0": "x",
     "x < (x, 1.0)[1]": "x < value.at[1]",
     "int(x) - int(n)": "(int64_t)x - n | whole_number(x) - n",
     "x**2 + x**x - max(x, n, 1)": "square(x) + pow(x, x) - larger(larger(x, (double)n), 1.0)",
@@ -129,7 +133,7 @@ EXPRESSIONS = {each: each for each in [*ALIKE, "(n == 2) != (n == 3)"]} | {
     "natural(n) // n + natural(n) % -3": "floored_quotient(n, n) + floored_rest(n, -3)",
     "row[-1]": "row[2] | row[3 - 1]",
     "row[n] + row[natural(n) - 1]": "row[from_start(n, 3)] + row[from_start(n - 1, 3)]",
-    "at(row, n, 0)": "row[n + k]",
+    "at(row, n, 0) + row[0]": "row[n + k]",
     "at(row, n, -1)": "row[from_start(n + k, 3)]",
     "row[n % 3] + row[int(x > 0.0)]": "row[floored_rest(n, 3)] + row[(int64_t)(x > 0.0)]",
     "row[max(natural(n), 1)] + row[1 if x > 0.0 else 0]": "row[larger_integer(n, 1)] + row[x > 0.0 ? 1 : 0]",
