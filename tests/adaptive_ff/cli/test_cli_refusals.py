@@ -4,6 +4,7 @@ import errno
 import sys
 from unittest.mock import patch
 
+import numpy as np
 import pytest
 from command_line import content_of, refusal, run_command_line
 from scenario_files import short, write_scenario
@@ -94,13 +95,61 @@ def test_file_that_is_missing_or_no_text(tmp_path, refused, arguments, line):
     assert refused(*given) == line.replace("latin", name, 1)
 
 
-def test_option_of_identify_is_named_and_not_the_log(tmp_path, refused):
+COLUMNS = ("--position", "q", "--torque", "u")
+
+
+def write_log(path, names=("time", "q", "u"), **changed):
     log = make_log(duration=20.0, period=0.01, noise=0.05)
-    files.write_csv(tmp_path / "log.csv", {"time": log.time, "q": log.position, "u": log.torque})
-    asked = ("identify", "log.csv", "--position", "q", "--torque", "u")
+    series = {"time": log.time, "q": log.position, "u": log.torque}
+    for name, change in changed.items():
+        series[name] = change(series[name])
+    files.write_csv(path, dict(zip(names, series.values(), strict=True)))
+    return path
+
+
+def one_time(value):
+    def change(time):
+        time[700] = value
+        return time
+
+    return change
+
+
+def test_option_of_identify_is_named_and_not_the_log(tmp_path, refused):
+    write_log(tmp_path / "log.csv")
+    asked = ("identify", "log.csv", *COLUMNS)
     line = refused(*asked, "--torque-constant", "0")
     assert line == "--torque-constant = 0 is not allowed: it must be finite and not zero"
     assert refused(*asked, "--model", "foo").startswith("model = 'foo' is not allowed: it must be one of auto")
+
+
+@pytest.mark.parametrize("value", [np.inf, -np.inf, 1e306])
+def test_a_replay_of_a_time_that_cannot_be_says_so_in_a_line(tmp_path, without_pictures, value):
+    log = write_log(tmp_path / "log.csv", time=one_time(value))
+    outcome = run_command_line("replay", log, *COLUMNS, "--out", tmp_path / "out")
+    assert outcome.status in (0, 2)
+    assert "Traceback" not in outcome.err
+    assert outcome.status == 0 or len(outcome.messages) == 1, outcome.err
+
+
+def test_a_log_of_denormal_numbers_is_refused_for_what_it_is(tmp_path):
+    path = write_log(tmp_path / "log.csv", time=lambda t: 5e-324 * np.arange(t.size), q=lambda q: 1e-320 * q)
+    line = refusal("identify", path, *COLUMNS, "--out", tmp_path / "out")
+    assert "cannot convert" not in line
+    assert "time" in line
+
+
+@pytest.mark.parametrize("command", ["identify", "replay"])
+def test_names_of_columns_do_not_reach_the_terminal_as_commands(tmp_path, without_pictures, command):
+    evil = "u\x1b]0;owned\x07"
+    path = write_log(tmp_path / "log.csv", names=("time", "q\x1b[2J", evil))
+    outcome = run_command_line(command, path, "--position", "q\x1b[2J", "--torque", evil, "--out", tmp_path / "out")
+    asked = run_command_line(command, path, "--torque", "nothing", "--out", tmp_path / "out")
+    assert asked.status == 2
+    for text in (outcome.out, outcome.err, asked.out, asked.err):
+        assert "\x1b]" not in text
+        assert "\x07" not in text
+        assert "[2J" not in text.replace("\\x1b[2J", "")
 
 
 @pytest.mark.parametrize(("returned", "shown"), [("'x'", "'x'"), ("float('nan')", "nan"), ("None", "None")])
@@ -130,24 +179,19 @@ def test_recorded_reference(scenario, refused, reference):
     assert line.startswith(f"{scenario}: {reference}: ")
 
 
-@pytest.mark.parametrize("out", ["scenario.toml", "scenario.toml/out", "out/pi.csv", "x" * 300, f"new/{'x' * 300}"])
-def test_folder_that_cannot_be_written(scenario, refused, out):
-    assert refused("compare", scenario, "--out", out).startswith(f"{out}: cannot be written: ")
-
-
-def test_file_in_the_place_of_a_folder_is_said_to_be_none(scenario, refused):
-    assert refused("compare", scenario, "--out", "out/pi.csv") == "out/pi.csv: cannot be written: Not a directory"
-    line = refused("compare", scenario, "--out", "new", "--json", "out/pi.csv/copy.json")
-    assert line == "out/pi.csv/copy.json: cannot be written: Not a directory"
-
-
 @pytest.mark.parametrize(
-    ("json", "named"),
-    [("out", "out"), ("new", "new"), (".", "."), ("scenario.toml/copy.json", "scenario.toml/copy.json")],
+    ("option", "place", "said"),
+    [
+        *(("--out", out, "") for out in ("scenario.toml", "scenario.toml/out", "x" * 300, f"new/{'x' * 300}")),
+        ("--out", "out/pi.csv", "Not a directory"),
+        *(("--json", json, "") for json in ("out", "new", ".", "scenario.toml/copy.json")),
+        ("--json", "out/pi.csv/copy.json", "Not a directory"),
+    ],
 )
-def test_json_that_cannot_be_written(scenario, refused, json, named):
-    line = refused("compare", scenario, "--out", "new", "--json", json)
-    assert line.startswith(f"{named}: cannot be written: ")
+def test_place_that_cannot_be_written(scenario, refused, option, place, said):
+    line = refused("compare", scenario, "--out", "new", option, place)
+    assert line.startswith(f"{place}: cannot be written: {said}")
+    assert line.endswith(said)
 
 
 @pytest.mark.parametrize("name", ["result.json", "pi.csv"])

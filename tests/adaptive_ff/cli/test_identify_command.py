@@ -1,4 +1,4 @@
-"""``adaptive-ff identify``: what it writes, what it prints, and what it refuses."""
+"""``adaptive-ff identify`` and ``score``: what they write, what they print, and what they refuse."""
 
 import json
 
@@ -31,6 +31,12 @@ def identified(log, *options):
     return outcome, found_in(out)
 
 
+@pytest.fixture
+def log():
+    """A log of 30 s at 200 Hz, to be written with other columns."""
+    return make_log(noise=0.05, period=0.005)
+
+
 @pytest.fixture(scope="module")
 def result(tmp_path_factory):
     folder = tmp_path_factory.mktemp("identify")
@@ -40,17 +46,13 @@ def result(tmp_path_factory):
     return folder, outcome
 
 
-def test_all_files_are_written(result):
-    folder, _ = result
+def test_files_json_and_table_of_a_log(result):
+    folder, outcome = result
     assert set(content_of(folder / "out")) == FILES
     assert "current" not in (folder / "out" / "scenario.toml").read_text(encoding="utf-8")
     for name in FILES:
         if name.endswith(".png"):
             assert (folder / "out" / name).read_bytes().startswith(b"\x89PNG")
-
-
-def test_json_holds_values_with_intervals(result):
-    folder, _ = result
     found = json.loads((folder / "own" / "copy.json").read_text(encoding="utf-8"))
     assert found == found_in(folder / "out")
     for name, true in JOINT.items():
@@ -65,10 +67,6 @@ def test_json_holds_values_with_intervals(result):
     assert found["refined"] is found["validation"] is None
     assert found["verdict"] == "good"
     assert 5.0 < found["bandwidth"] < 20.0
-
-
-def test_printed_table_and_verdict(result):
-    _, outcome = result
     printed = " ".join(outcome.out.split())
     assert "kg m²" in printed
     assert "Verdict: good." in printed
@@ -78,7 +76,7 @@ def test_printed_table_and_verdict(result):
     assert "Columns: time time, position position, torque torque." in printed
 
 
-def test_scenario_is_the_joint_on_the_motion_of_the_log(result):
+def test_scenario_is_the_joint_on_the_motion_of_the_log_and_one_that_compare_takes(result):
     folder, _ = result
     scenario = load_scenario(folder / "out" / "scenario.toml")
     assert scenario.joint.inertia == pytest.approx(2.0, rel=0.01)
@@ -93,11 +91,6 @@ def test_scenario_is_the_joint_on_the_motion_of_the_log(result):
     assert reference[inner] == pytest.approx(motion(times[inner])[1], abs=0.02)
     steepest = np.max(np.abs(motion(times)[2]))
     assert np.max(np.abs(np.diff(reference))) < 1.1 * steepest * 0.001  # it repeats without a jump
-
-
-def test_scenario_is_one_that_compare_takes(result, tmp_path):
-    folder, _ = result
-    scenario = load_scenario(folder / "out" / "scenario.toml")
     comparison = compare(scenario.modified(duration=5.0, controllers=["pi", "oracle"]))
     assert comparison.improvement["oracle"] > 2.0
 
@@ -111,8 +104,7 @@ def test_other_log_is_validated_on_and_nothing_is_held_out(tmp_path, without_pic
     assert f"of the torque of {other} are left" in " ".join(outcome.out.split())
 
 
-def test_units_are_given_by_factors_and_linear_axes_have_their_own(tmp_path, without_pictures):
-    log = make_log(noise=0.05, period=0.005)
+def test_units_are_given_by_factors_and_linear_axes_have_their_own(log, tmp_path, without_pictures):
     columns = {"ms": 1e3 * log.time, "deg": np.degrees(log.position), "volt": -log.torque / 48.0}
     write_csv(tmp_path / "log.csv", columns)
     options = ["--time", "ms", "--position", "deg", "--torque", "volt", "--linear"]
@@ -123,8 +115,8 @@ def test_units_are_given_by_factors_and_linear_axes_have_their_own(tmp_path, wit
     assert load_scenario(tmp_path / "out" / "scenario.toml").joint.axis == "linear"
 
 
-def test_current_is_found_by_its_name_and_keeps_its_units_where_the_motion_is_scaled(tmp_path, without_pictures):
-    log, path = make_log(noise=0.05, period=0.005), tmp_path / "log.csv"
+def test_current_is_found_by_its_name_and_keeps_its_units_where_the_motion_is_scaled(log, tmp_path, without_pictures):
+    path = tmp_path / "log.csv"
     write_csv(path, {"time": log.time, "q": np.degrees(log.position), "current": log.torque})
     said = "has A and A s²/m where it says N and kg; for these give --torque-constant, in N/A"
     for linear, warning, unit in (((), CURRENT, "A s²/rad"), (("--linear",), said, "A s²/m")):
@@ -136,8 +128,8 @@ def test_current_is_found_by_its_name_and_keeps_its_units_where_the_motion_is_sc
         assert found["inertia"]["unit"] == unit
 
 
-def test_units_that_columns_say_are_pointed_out_and_milliamperes_become_amperes(tmp_path, without_pictures):
-    log, path = make_log(noise=0.05, period=0.005), tmp_path / "log.csv"
+def test_units_that_columns_say_are_pointed_out_and_milliamperes_become_amperes(log, tmp_path, without_pictures):
+    path = tmp_path / "log.csv"
     write_csv(path, {"t": log.time, "lage": np.degrees(log.position), "strom": 1e3 * log.torque})
     header, rows = path.read_text(encoding="utf-8").split("\n", 1)
     path.write_text(f"{header}\n[s],[deg],[mA]\n{rows}", encoding="utf-8")
@@ -151,8 +143,7 @@ def test_units_that_columns_say_are_pointed_out_and_milliamperes_become_amperes(
     assert found["inertia"]["unit"] == "A s²/rad"
 
 
-def test_millimetres_of_an_axis_that_is_taken_as_rotary_are_pointed_out(tmp_path, without_pictures):
-    log = make_log(noise=0.05, period=0.005)
+def test_millimetres_of_an_axis_that_is_taken_as_rotary_are_pointed_out(log, tmp_path, without_pictures):
     write_csv(tmp_path / "log.csv", {"time": log.time, "z_mm": log.position, "force [N]": log.torque})
     options = ["--position", "z_mm", "--torque", "force [N]"]
     said = " ".join(identified(tmp_path / "log.csv", *options)[0].err.split())
@@ -164,10 +155,9 @@ def test_millimetres_of_an_axis_that_is_taken_as_rotary_are_pointed_out(tmp_path
 
 
 @pytest.mark.parametrize("factor", ["-1", "-1e-3"])
-def test_current_with_the_other_sign_stays_one(tmp_path, without_pictures, factor):
-    log, scale = make_log(noise=0.05, period=0.005), float(factor)
-    name = "current" if scale == -1.0 else "current_mA"
-    write_csv(tmp_path / "log.csv", {"time": log.time, "q": log.position, name: log.torque / scale})
+def test_current_with_the_other_sign_stays_one(log, tmp_path, without_pictures, factor):
+    name = "current" if factor == "-1" else "current_mA"
+    write_csv(tmp_path / "log.csv", {"time": log.time, "q": log.position, name: log.torque / float(factor)})
     _, found = identified(tmp_path / "log.csv", "--torque", name, "--scale", f"{name}={factor}")
     assert found["inertia"]["unit"] == "A s²/rad"
 
@@ -177,22 +167,16 @@ def test_file_that_cannot_be_read_is_named_though_all_columns_are_given(tmp_path
     path = tmp_path / "log.csv"
     path.write_bytes("time,position,Moment °\n0,0,0\n".encode("latin-1"))
     columns = ["--time", "time", "--position", "position", "--torque", "Moment"]
-    outcome = run_command_line(command, path, *columns)
-    assert outcome.status == 2
-    assert "it is no text in UTF-8" in " ".join(outcome.err.split())
-    outcome = run_command_line(command, tmp_path / "missing.csv", *columns)
-    assert outcome.status == 2
-    assert "cannot be read" in " ".join(outcome.err.split())
+    assert "it is no text in UTF-8" in refusal(command, path, *columns)
+    assert "cannot be read" in refusal(command, tmp_path / "missing.csv", *columns)
 
 
-def test_period_serves_instead_of_a_time_and_tables_are_picked_from(tmp_path, without_pictures):
-    log = make_log(noise=0.05, period=0.005)
+def test_period_serves_instead_of_a_time_and_tables_are_picked_from(log, tmp_path, without_pictures):
     np.savez(tmp_path / "log.npz", all=np.column_stack([log.position, log.torque]))
     identified(tmp_path / "log.npz", "--period", "0.005", "--position", "all[0]", "--torque", "all[1]")
 
 
-def test_log_whose_clock_begins_anew_is_cut_there_and_nothing_of_it_is_called_skipped(tmp_path, without_pictures):
-    log = make_log(noise=0.05, period=0.005)
+def test_log_whose_clock_begins_anew_is_cut_there_and_nothing_of_it_is_called_skipped(log, tmp_path, without_pictures):
     np.savez(tmp_path / "log.npz", t=np.where(log.time < 15.0, log.time, log.time - 15.0), q=log.position, u=log.torque)
     outcome, _ = identified(tmp_path / "log.npz")
     assert outcome.warnings == ["warning: cut before sample 3000: the clock jumps back, from 14.995 s to 0 s"]
@@ -203,8 +187,7 @@ def test_shape_of_an_array_that_holds_several_columns_is_said(tmp_path):
     assert "there are data (100, 3)" in refusal("identify", tmp_path / "log.npz", "--out", tmp_path / "out")
 
 
-def test_skipped_stretches_are_said_and_listed(tmp_path, without_pictures):
-    log = make_log(noise=0.05, period=0.005)
+def test_skipped_stretches_are_said_and_listed(log, tmp_path, without_pictures):
     log.torque[2000:2200] = np.nan
     np.savez(tmp_path / "log.npz", t=log.time, q=log.position, u=log.torque)
     outcome, found = identified(tmp_path / "log.npz")
@@ -241,8 +224,7 @@ def test_simulators_are_written_and_details_printed(tmp_path):
     assert 'frictionloss="' in (tmp_path / "out" / "joint.xml").read_text(encoding="utf-8")
 
 
-def test_voltage_becomes_a_torque_and_its_back_emf_is_said(tmp_path, without_pictures):
-    log = make_log(noise=0.05, period=0.005)
+def test_voltage_becomes_a_torque_and_its_back_emf_is_said(log, tmp_path, without_pictures):
     write_csv(tmp_path / "log.csv", {"time": log.time, "position": log.position, "duty": log.torque * 2.0 / 0.5 / 24.0})
     motor = ["--voltage", "duty", "--scale", "duty=24", "--resistance", "2", "--torque-constant", "0.5"]
     outcome, found = identified(tmp_path / "log.csv", *motor)
@@ -309,8 +291,7 @@ def test_column_without_a_usual_name_must_be_named(columns, message, tmp_path):
     assert message in refusal("identify", tmp_path / "log.csv", "--out", tmp_path / "out")
 
 
-def test_friction_over_a_turn_of_the_motor_is_told_and_drawn(tmp_path):
-    log = make_log(noise=0.05, period=0.005)
+def test_friction_over_a_turn_of_the_motor_is_told_and_drawn(log, tmp_path):
     turn = 2.0 * np.pi / 15.0
     friction = JOINT["coulomb"] * np.sign(motion(log.time)[1])
     torque = log.torque + 0.2 * np.sin(2.0 * np.pi * log.position / turn) * friction
@@ -323,3 +304,20 @@ def test_friction_over_a_turn_of_the_motor_is_told_and_drawn(tmp_path):
     assert scenario.adaptation.position_periods == pytest.approx([turn], rel=1e-5)
     assert scenario.variation.position_amplitude == pytest.approx(0.2, abs=0.02)
     assert scenario.variation.position_period == pytest.approx(turn, rel=1e-5)
+
+
+def test_model_of_a_log_is_scored_on_another_one(tmp_path):
+    logs = [write_log(tmp_path / "train.csv"), write_log(tmp_path / "test.csv", seed=102)]
+    outcome = run_command_line("score", *logs, "--out", tmp_path / "out", "--json", tmp_path / "copy.json")
+    assert outcome.status == 0, outcome
+    assert set(content_of(tmp_path / "out")) == {"score.json", "score.png"}
+    assert "in windows of 1 s" in outcome.out
+    assert "Verdict: the model follows the joint." in outcome.out
+    assert len(outcome.out.splitlines()) <= 25
+    found = json.loads((tmp_path / "copy.json").read_text(encoding="utf-8"))
+    assert found == json.loads((tmp_path / "out" / "score.json").read_text(encoding="utf-8"))
+    assert found["columns"] == {"time": "time", "position": "position", "torque": "torque"}
+    assert found["verdict"] == "follows"
+    assert found["model"]["inertia"] == pytest.approx(2.0, rel=0.01)
+    said = refusal("score", *logs, "--torque-delay", "2", "--out", tmp_path / "other")
+    assert "torque_delay = 2 s is not allowed: it must be from -1 to 1 s" in said

@@ -205,3 +205,10 @@ def test_as_a_process_of_its_own(tmp_path):
     said = "adaptive-ff: scenario.toml: seed = -1 is not allowed: it must be greater than or equal to 0\n"
     assert (done.returncode, done.stdout, done.stderr) == (2, "", said)
     assert content_of(tmp_path) == before
+
+
+def test_a_scenario_with_a_byte_order_mark_is_one(tmp_path):
+    path = write_scenario(tmp_path, short())
+    marked = tmp_path / "marked.toml"
+    marked.write_bytes(b"\xef\xbb\xbf" + path.read_bytes())
+    assert load_scenario(marked) == load_scenario(path)

@@ -42,7 +42,7 @@ def test_values_that_no_machine_has_are_refused_in_a_line(tmp_path):
     assert not (tmp_path / "out").exists()
 
 
-def test_files_are_written_and_json_and_table_say_the_same(result):
+def test_files_table_and_function_say_the_same(result):
     folder, outcome = result
     assert set(content_of(folder / "out")) == FILES
     found = json.loads((folder / "own" / "copy.json").read_text(encoding="utf-8"))
@@ -56,6 +56,10 @@ def test_files_are_written_and_json_and_table_say_the_same(result):
         (line,) = [line for line in outcome.out.splitlines() if line.strip().startswith(words)]
         assert f"{1e3 * left[name]['whole']:.0f}" in line or f"{left[name]['whole']:#.3g}" in line
     assert "in its loop the controller learns along its reference" in outcome.out
+    table = np.loadtxt(folder / "log.csv", delimiter=",", skiprows=1)
+    extra = {"feedforward": table[:, 3]}
+    log = Log("log", table[:, 0], table[:, 2], position=table[:, 1] * (np.pi / 180.0), extra=extra)
+    assert replay_log(log).to_dict()["left"] == left
 
 
 def test_saved_state_is_where_the_next_log_starts(result, without_pictures):
@@ -69,15 +73,6 @@ def test_saved_state_is_where_the_next_log_starts(result, without_pictures):
     broken.write_text("{", encoding="utf-8")
     assert "identify and ripple_periods must be alike" in refusal(*again, state, "--identify", "gravity")
     assert "is no saved state of a replay" in refusal(*again, broken)
-
-
-def test_command_and_function_agree(result):
-    folder, _ = result
-    found = json.loads((folder / "out" / "replay.json").read_text(encoding="utf-8"))
-    table = np.loadtxt(folder / "log.csv", delimiter=",", skiprows=1)
-    extra = {"feedforward": table[:, 3]}
-    log = Log("log", table[:, 0], table[:, 2], position=table[:, 1] * (np.pi / 180.0), extra=extra)
-    assert replay_log(log).to_dict()["left"] == found["left"]
 
 
 def test_linear_axis_has_its_units(result, tmp_path, without_pictures):
