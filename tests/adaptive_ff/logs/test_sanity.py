@@ -1,4 +1,4 @@
-"""Logs that are not what they are taken for."""
+"""Logs that are not what they are taken for; a torque that is cut off at its ends is said to be."""
 
 import numpy as np
 import pytest
@@ -7,7 +7,7 @@ from synthetic_logs import JOINT, make_log
 from adaptive_ff import InputError
 from adaptive_ff.identify.identification import identify_log
 from adaptive_ff.identify.units import LINEAR, ROTARY, of_current
-from adaptive_ff.logs.cleaning import STEPS, clean
+from adaptive_ff.logs.cleaning import STEPS, at_limit, clean
 from adaptive_ff.logs.defects import Skipped, find_jumps
 from adaptive_ff.logs.log import Log
 from adaptive_ff.replay.replay import replay_log
@@ -85,14 +85,6 @@ def test_jump_beside_a_pause_is_still_a_jump():
     ]
 
 
-def test_repeated_rows_are_left_out():
-    log = make_log(noise=0.05)
-    twice = Log("log", np.repeat(log.time, 2), np.repeat(log.torque, 2), position=np.repeat(log.position, 2))
-    sound = clean(twice)
-    assert np.array_equal(sound.log.time, log.time)
-    assert sound.said == ["15000 rows left out: the same as the one before, time included"]
-
-
 def test_each_step_is_one_row_of_the_table():
     log = make_log(noise=0.05)
     log.torque[[100, 300]] = np.nan
@@ -114,3 +106,45 @@ def test_units_follow_a_current():
     assert (rotary["inertia"], rotary["coulomb"], rotary["viscous"]) == ("A s²/rad", "A", "A s/rad")
     assert (linear["inertia"], linear["coulomb"], linear["viscous"]) == ("A s²/m", "A", "A s/m")
     assert rotary["friction_lag"] == "s"
+
+
+def clipped_torque(torque):
+    return at_limit(Log("log", np.arange(torque.size), torque, torque))[1]
+
+
+TORQUE = make_log(duration=20.0, noise=0.05).torque
+PHASE = np.linspace(0.0, 60.0, 10000)
+
+
+@pytest.mark.parametrize(("limits", "shown"), [((-8.0, 8.0), "-8 or 8"), ((-np.inf, 8.0), "8"), ((-8.0, np.inf), "-8")])
+def test_torque_that_is_cut_off_is_said_to_be(limits, shown):
+    clipped = np.clip(TORQUE, *limits)
+    share = 100.0 * np.mean(clipped != TORQUE)
+    (said,) = clipped_torque(clipped)
+    cut = f"the torque is exactly {shown} in {share:.0f} % of the rows: if what records it cuts it off"
+    assert said.startswith(cut)
+
+
+def test_identification_says_it():
+    log = make_log(noise=0.05, period=0.004)
+    np.clip(log.torque, -8.0, 8.0, out=log.torque)
+    assert any(caution.startswith("the torque is exactly -8 or 8") for caution in identify_log(log).cautions)
+
+
+@pytest.mark.parametrize(
+    "torque",
+    [
+        TORQUE,
+        np.clip(TORQUE, -0.98 * np.max(np.abs(TORQUE)), None),  # a few rows only
+        np.round(3.0 * np.sin(PHASE) + 2.0 * np.sin(3.3 * PHASE)),  # of few digits
+        np.where(np.sin(PHASE) > 0.0, 5.0, -5.0),  # switched
+        np.repeat(np.random.default_rng(5).integers(-3, 4, 100).astype(float), 100),  # in steps
+        np.maximum(TORQUE, 0.0),  # off where it would be negative
+        np.repeat(TORQUE[::5], 5),  # held
+        np.full(100, np.nan),
+        np.full(100, 2.0),
+    ],
+    ids=["sound", "few rows", "digits", "switched", "steps", "off", "held", "nothing", "constant"],
+)
+def test_other_torques_are_not(torque):
+    assert clipped_torque(torque) == []

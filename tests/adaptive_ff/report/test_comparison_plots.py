@@ -55,7 +55,8 @@ def png_size(file):
     return struct.unpack(">II", content[16:24])
 
 
-def test_pictures_are_png_files_of_readable_size_and_nothing_else_is_left(figures, folder):
+def test_pictures_are_png_files_of_readable_size_and_nothing_else_is_left(settings, figures, folder):
+    assert dict(matplotlib.rcParams) == settings
     assert list(figures) == FIVE
     assert sorted(file.name for file in folder.iterdir()) == sorted(f"{name}.png" for name in FIVE)
     for name, figure in figures.items():
@@ -96,10 +97,6 @@ def test_failed_writing_leaves_neither_the_picture_nor_a_part_of_it(comparison, 
         plot_comparison(comparison, tmp_path)
     assert [file.name for file in tmp_path.iterdir()] == ["tracking.png"]
     assert (tmp_path / "tracking.png").read_bytes() == b"older"
-
-
-def test_drawing_leaves_no_global_state(settings, figures):
-    assert dict(matplotlib.rcParams) == settings
 
 
 def test_error_lines_are_reference_minus_true_velocity_in_the_settled_close_up(comparison, figures):

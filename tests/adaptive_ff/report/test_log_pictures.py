@@ -30,19 +30,12 @@ def refined():
     return identify_log(log)
 
 
-@pytest.fixture(scope="module")
-def replayed():
-    return replay_log(make_log(duration=50.0, noise=0.1))  # 25000 samples: two in a bin
-
-
-def test_pictures_are_written(found, tmp_path):
-    assert list(found.plot(tmp_path / "new")) == NAMES
+def test_pictures_are_written_and_torque_is_shown_measured_and_identified(found, tmp_path):
+    figures = found.plot(tmp_path / "new")
+    assert list(figures) == NAMES
     for name in NAMES:
         assert (tmp_path / "new" / f"{name}.png").read_bytes().startswith(b"\x89PNG")
-
-
-def test_torque_is_shown_measured_and_identified(found):
-    whole, near, left = found.plot()["identified_torque"].axes
+    whole, near, left = figures["identified_torque"].axes
     measured, model = whole.get_lines()
     assert np.max(measured.get_ydata()) == np.max(found.data.torque)
     assert np.nanmax(np.abs(left.get_lines()[0].get_ydata())) < 0.2 * np.max(found.data.torque)
@@ -86,7 +79,8 @@ def test_gravity_is_not_drawn_as_friction(refined):
     assert np.allclose(torques[moving], expected[moving], atol=0.2)
 
 
-def test_table_holds_textbook_and_refined(found, refined):
+def test_table_holds_textbook_and_refined_and_details_the_intervals(found, refined):
+    assert f"inertia {found.parameters['inertia'].lower:.4g} to" in details(found)[-1]
     plain = parameters_table(found)
     assert plain.heads == ("", "textbook", "unit")
     both = parameters_table(refined)
@@ -115,10 +109,6 @@ def test_verdict_names_its_reasons_and_the_next_step(found, refined):
     assert next_step(one_way, "out", written=False) == "Next: record again as said above."
 
 
-def test_details_name_the_intervals(found):
-    assert f"inertia {found.parameters['inertia'].lower:.4g} to" in details(found)[-1]
-
-
 def test_map_is_drawn_where_there_is_one(tmp_path):
     turn = 2.0 * np.pi / 15.0
     log, _ = sines_log(lambda q, w: np.sign(w) * (0.8 + 0.3 * np.sin(2.0 * np.pi * q / turn)), seconds=15)
@@ -127,14 +117,12 @@ def test_map_is_drawn_where_there_is_one(tmp_path):
     assert len(map_table(found).rows) == 2
 
 
-def test_pictures_of_a_replay_are_written(replayed, tmp_path):
+def test_needed_torque_each_feedforward_and_estimates_of_a_replay_are_drawn(tmp_path):
+    replayed = replay_log(make_log(duration=50.0, noise=0.1))  # 25000 samples: two in a bin
     figures = replayed.plot(tmp_path)
     assert sorted(path.name for path in tmp_path.iterdir()) == ["estimates.png", "replay.png"]
     assert set(figures) == {"replay", "estimates"}
-
-
-def test_needed_torque_and_each_feedforward_are_drawn(replayed):
-    whole, *others = replayed.plot()["replay"].axes
+    whole, *others = figures["replay"].axes
     near, left = others[:2], others[2:]  # fixed and adaptive each
     assert [len(axes.lines) for axes in (whole, *near, *left)] == [1, 2, 2, 1, 1]
     assert left[0].get_ylim() == left[1].get_ylim()
@@ -142,10 +130,7 @@ def test_needed_torque_and_each_feedforward_are_drawn(replayed):
     assert drawn.min() == pytest.approx(np.min(replayed.series.needed))
     assert drawn.max() == pytest.approx(np.max(replayed.series.needed))
     assert whole.get_ylabel() == "torque that was needed (N m), band 20 Hz; shaded: the close-up"
-
-
-def test_estimates_are_drawn_with_their_units(replayed):
-    panels = replayed.plot()["estimates"].axes
+    panels = figures["estimates"].axes
     labels = [axes.get_ylabel() for axes in panels]
     assert labels[0] == "inertia (kg m²)"
     assert labels[-1] == "offset (N m)"

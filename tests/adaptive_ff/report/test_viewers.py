@@ -68,20 +68,17 @@ def test_messages_are_those_of_their_schema_and_curves_of_the_layout_are_in_them
     assert curves <= names
 
 
-def test_values_are_those_of_the_run(folder):
-    run = compare(SCENARIO).runs["adaptive"]
-    schema, times, messages = contents(folder / "compare.mcap")["/adaptive"]
+def test_values_are_those_of_the_run_and_read_as_a_log(folder):
+    run, found = compare(SCENARIO).runs["adaptive"], contents(folder / "compare.mcap")
+    schema, times, messages = found["/adaptive"]
     assert schema["properties"]["torque"]["properties"]["feedforward"] == {"type": "number", "description": "N m"}
     assert np.allclose(np.array(times) * 1e-9, run.time, atol=1e-9)
     names = ("feedforward", "feedback", "applied")
     parts = np.array([[message["torque"][name] for name in names] for message in messages])
     assert np.array_equal(parts[:, 2], run.torque)
     assert np.allclose(parts[:, 0] + parts[:, 1], parts[:, 2])
-    _, _, bounds = contents(folder / "compare.mcap")["/adaptive/bounds"]
+    bounds = found["/adaptive/bounds"][2]
     assert bounds[-1]["coulomb"]["lower"] < run.final_estimates["coulomb"] < bounds[-1]["coulomb"]["upper"]
-
-
-def test_they_are_read_as_a_log(folder):
     named = {"velocity": "pi.motion.measured", "torque": "pi.torque.applied", "time": "pi.log_time"}
     assert len(read_log(folder / "compare.mcap", **named).torque) == 1200
 
