@@ -72,7 +72,9 @@ def test_single_precision_has_no_double():
     assert " exp(" not in code
 
 
-def test_recursion_that_diverges_in_single_precision_is_refused_with_its_reason():
+def test_what_has_no_kernel_or_diverges_in_single_precision_is_refused_with_its_reason():
+    with pytest.raises(NotExportable, match="Own cannot be exported: it has no kernel"):
+        Export(type("Own", (), {"step": lambda self, reference, velocity: 0.0})(), "made")
     with pytest.raises(NotExportable, match=r"PaperController cannot be exported in single precision: the covariance"):
         Export(made("adaptive_paper"), "made", single=True)
 
@@ -135,15 +137,6 @@ def test_each_call_of_a_kernel_is_made_once(tmp_path, monkeypatch):
         text = f"{PASSED_ON}def kernel(a, rows):\n    {body}\n"
         made = translated(text, tmp_path, monkeypatch, 0.5, np.zeros((2, 2)), with_structs=True)
         assert made.count("= swapped(") == 1
-
-
-def test_only_controllers_with_kernels_can_be_exported():
-    class Own:
-        def step(self, reference, velocity):
-            return 0.0
-
-    with pytest.raises(NotExportable, match="Own cannot be exported: it has no kernel"):
-        Export(Own(), "made")
 
 
 NO_NAME, TAKEN = ("", "1st", "Upper", "with space", "double", "a" * 40, "é"), ("main", "math", "stdint", "string")
