@@ -19,13 +19,6 @@ AFFORDABLE = 100_000
 """Solver steps of a run that a test can wait for."""
 
 
-def complete():
-    content = short()
-    content["change"] = [{"time": 0.2, "friction_scale": 0.6}]
-    content["fixed"] = {**content["fixed"], "stiction": 90.0, "friction_lag": 0.02, "stribeck_velocity": 0.05}
-    return content
-
-
 def paths_in(content, path=()):
     pairs = content.items() if isinstance(content, dict) else enumerate(content)
     for key, value in pairs:
@@ -40,7 +33,8 @@ def value_at(content, path):
     return content
 
 
-COMPLETE = complete()
+COMPLETE = changed(short(), "change", [{"time": 0.2, "friction_scale": 0.6}])
+COMPLETE["fixed"] |= {"stiction": 90.0, "friction_lag": 0.02, "stribeck_velocity": 0.05}
 PATHS = list(paths_in(COMPLETE))
 TABLES = ["joint", "sampling", "sensor", "actuator", "reference", "feedback", "adaptation", "fixed", "change.0"]
 OTHERS = (*TABLES, "change", "controllers", "controllers.0", "reference.kind", "reference.frequencies")

@@ -21,11 +21,8 @@ def test_controller_prefix_precision_and_fmu_are_chosen(tmp_path):
     assert run_command_line("export", *options, "--out", tmp_path).status == 0
     assert "float torque;" in (tmp_path / "axis1.h").read_text()
     assert (tmp_path / "axis1.fmu").stat().st_size > 5000
-
-
-def test_a_controller_that_is_not_told_the_limit_of_the_drive_is_given_the_realised_torque(tmp_path):
     assert run_command_line("export", "--controller", "pi", "--out", tmp_path).status == 0
-    assert "realised_torque" in (tmp_path / "main.c").read_text()
+    assert "realised_torque" in (tmp_path / "main.c").read_text()  # which is not given the limit of the drive
 
 
 def test_it_starts_in_a_saved_state(tmp_path):

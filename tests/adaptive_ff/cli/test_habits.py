@@ -1,4 +1,4 @@
-"""What people expect of any command: short help, version, quiet, results on standard output, other formats."""
+"""What people expect of any command: short help, version, quiet, results on standard output, other formats, sizes."""
 
 import csv
 import io
@@ -8,11 +8,18 @@ import time
 from importlib.metadata import version
 
 import pytest
-from command_line import content_of, refusal, run_command_line
+from command_line import content_of, refusal, run_command_line, search_shortly
 from scenario_files import REMOVED, changed, short, write_scenario
+from synthetic_logs import write_log
 
 from adaptive_ff.cli.output import Printer
+from adaptive_ff.report.matrix_files import matrix_tables
 from adaptive_ff.report.table import scale_for, shown, table
+from adaptive_ff.report.tables import gains_table, ranking_table
+from adaptive_ff.scenario.library import scenario_names
+from adaptive_ff.scenario.loop import tried_bandwidths
+from adaptive_ff.studies import bandwidth_study
+from adaptive_ff.studies.matrix import Job, collect
 
 OWN = """class Mine:
     def step(self, reference, velocity, **_):
@@ -46,11 +53,13 @@ def test_quiet_prints_nothing_and_writes_everything(tmp_path, scenario, without_
     assert "\nover pi: settled error of pi over" in loud.replace("; ", "\n")  # what the columns mean
 
 
-def test_controllers_are_chosen_on_the_command_line(tmp_path, scenario, without_pictures):
-    chosen = ("--controller", "pi", "--controller", "oracle")
+def test_controllers_are_chosen_and_json_goes_to_standard_output_alone(tmp_path, scenario, without_pictures):
+    chosen = ("--controller", "pi", "--controller", "oracle", "--json", "-")
     outcome = run_command_line("compare", scenario, *chosen, "--out", tmp_path / "out")
-    assert outcome.status == 0
+    assert (outcome.status, outcome.err) == (0, "")
     assert {"pi.csv", "oracle.csv", "result.json"} == set(content_of(tmp_path / "out"))
+    assert json.loads(outcome.out) == json.loads((tmp_path / "out" / "result.json").read_text(encoding="utf-8"))
+    assert not (tmp_path / "-").exists()
     assert "'pid' is not known" in refusal("compare", scenario, "--controller", "pid", "--out", tmp_path / "out")
 
 
@@ -60,13 +69,6 @@ def test_what_is_loaded_beside_the_runs_is_waited_for(tmp_path, scenario, withou
     monkeypatch.setattr("adaptive_ff.cli.compare.import_module", slow)
     assert run_command_line("compare", scenario, "--controller", "pi", "--out", tmp_path / "out", "-q").status == 0
     assert loaded == ["adaptive_ff.report.page"]
-
-
-def test_json_goes_to_standard_output_alone(tmp_path, scenario, without_pictures):
-    outcome = run_command_line("compare", scenario, "--out", tmp_path / "out", "--json", "-")
-    assert (outcome.status, outcome.err) == (0, "")
-    assert json.loads(outcome.out) == json.loads((tmp_path / "out" / "result.json").read_text(encoding="utf-8"))
-    assert not (tmp_path / "-").exists()
 
 
 def test_tables_as_csv_and_markdown(tmp_path, scenario, without_pictures):
@@ -187,3 +189,60 @@ def test_own_controller_is_given_plain_numbers(tmp_path, scenario, without_pictu
     check = "assert type(reference) is type(velocity) is type(others['next_reference']) is type(others['dt']) is float"
     own.write_text(OWN.replace("**_", "**others").replace("        return", f"        {check}\n        return"))
     assert run_command_line("compare", scenario, "--own", f"{own}:Mine", "--out", tmp_path / "out").status == 0
+
+
+WIDTH, HEIGHT = 80, 30
+"""Of a terminal, which what every command prints by default fits, paths apart."""
+
+
+@pytest.fixture(scope="module")
+def log(tmp_path_factory):
+    return write_log(tmp_path_factory.mktemp("sizes") / "log.csv", duration=10.0, period=0.005, noise=0.1)
+
+
+def check(text, height=HEIGHT):
+    lines = text.splitlines()
+    assert len(lines) <= height, text
+    assert [line for line in lines if len(line) > WIDTH and " " in line.strip()] == []
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        ["compare"],
+        ["compare", "SCENARIO"],
+        ["scenarios"],
+        ["scenarios", "lugre"],
+        ["sweep", "--runs", "2", "--controller", "fixed"],
+        ["identify", "LOG"],
+        ["replay", "LOG"],
+        ["score", "LOG", "LOG"],
+        ["tune", "SCENARIO", "--seeds", "1", "--tuning-seeds", "1"],
+        ["matrix", "--only", "paper_100hz", "--seeds", "1"],
+        ["excite", "--period", "5", "--fastest", "1"],
+        ["commission", "SCENARIO", "--log", "LOG"],
+        ["new", "--inertia", "20", "--torque", "400", "--speed", "3"],
+        ["new", "--inertia", "20", "--torque", "400", "--speed", "3", "--encoder", "100000", "--gear-ratio", "50"],
+        ["export"],
+        ["version"],
+    ],
+    ids=" ".join,
+)
+def test_output_fits_a_terminal(command, log, tmp_path, monkeypatch, without_pictures):
+    monkeypatch.chdir(tmp_path)
+    search_shortly(monkeypatch)
+    monkeypatch.setattr(bandwidth_study, "tried_bandwidths", lambda scenario: tried_bandwidths(scenario)[-2:])
+    places = {"LOG": log, "SCENARIO": write_scenario(tmp_path, {**short(), "duration": 2.0})}
+    outcome = run_command_line(*(places.get(word, word) for word in command), columns=WIDTH)
+    assert outcome.status == 0, outcome.err
+    check(outcome.out, 36 if command[0] == "new" else HEIGHT)  # a file, to be redirected
+
+
+def test_matrix_of_all_scenarios_fits_a_terminal():
+    names = ("pi", "oracle", "lagged_batch", "adaptive")
+    found = {Job(name, 1, False): {one: {"rms_error_settled": 1e-3} for one in names} for name in scenario_names()}
+    (table,) = matrix_tables(found)
+    assert len(table.rows) <= HEIGHT - 10
+    assert sum(max(map(len, column)) + 2 for column in zip(*table.rows, strict=True)) <= WIDTH
+    heads = [head for make in (gains_table, ranking_table) for head in make(collect(found), "").heads]
+    assert not any("own" in head or " it" in f" {head} " for head in heads)

@@ -55,32 +55,27 @@ def test_comparison_writes_the_documented_files_and_nothing_else(tmp_path):
     assert load_scenario(write_scenario(tmp_path, result["scenario"], "again.toml")) == load_scenario(scenario)
 
 
-def test_csv_holds_the_series_of_the_run(tmp_path, without_pictures):
-    scenario = write_scenario(tmp_path, {**short(), "controllers": ["adaptive"]})
-    assert run_command_line("compare", scenario, "--out", tmp_path / "out").status == 0
-    run = compare(load_scenario(scenario)).runs["adaptive"]
-    with (tmp_path / "out" / "adaptive.csv").open(encoding="utf-8", newline="") as stream:
-        header, *rows = list(csv.reader(stream))
-    assert header[:7] == COLUMNS
-    watched = {"change_probability", "observer_gain", "observer_torque"}
-    assert set(header[7:]) == {f"estimated_{name}" for name in run.estimates} | watched
-    values = dict(zip(header, np.array(rows, dtype=float).T, strict=True))
-    assert values["time"] == pytest.approx(0.01 * np.arange(50), abs=1e-12)
-    assert values["velocity"] == pytest.approx(run.velocity[:-1:10], rel=1e-9)
-    assert values["torque"] == pytest.approx(run.torque, rel=1e-9)
-    assert values["estimated_inertia"][-1] == pytest.approx(run.final_estimates["inertia"], rel=1e-9)
-
-
-def test_printed_table_names_every_controller_with_its_figures(tmp_path, without_pictures):
+def test_csv_and_printed_table_hold_the_series_and_the_figures_of_the_runs(tmp_path, without_pictures):
     scenario = write_scenario(tmp_path, {**short(), "controllers": ["pi", "oracle", "adaptive"]})
     outcome = run_command_line("compare", scenario, "--out", tmp_path / "out")
+    assert outcome.status == 0
     comparison = compare(load_scenario(scenario))
+    adaptive = comparison.runs["adaptive"]
+    with (tmp_path / "out" / "adaptive.csv").open(encoding="utf-8", newline="") as stream:
+        header, *lines = list(csv.reader(stream))
+    assert header[:7] == COLUMNS
+    watched = {"change_probability", "observer_gain", "observer_torque"}
+    assert set(header[7:]) == {f"estimated_{name}" for name in adaptive.estimates} | watched
+    values = dict(zip(header, np.array(lines, dtype=float).T, strict=True))
+    assert values["time"] == pytest.approx(0.01 * np.arange(50), abs=1e-12)
+    assert values["velocity"] == pytest.approx(adaptive.velocity[:-1:10], rel=1e-9)
+    assert values["torque"] == pytest.approx(adaptive.torque, rel=1e-9)
+    assert values["estimated_inertia"][-1] == pytest.approx(adaptive.final_estimates["inertia"], rel=1e-9)
     rows = {line.split()[0]: line.split()[1:] for line in outcome.out.splitlines() if line.strip()}
     for name, run in comparison.runs.items():
         assert float(rows[name][0]) == pytest.approx(1e3 * run.metrics.rms_error_settled, rel=1e-2)
         assert float(rows[name][1]) == pytest.approx(comparison.improvement[name], abs=0.01)
-    viscous = comparison.runs["adaptive"].final_estimates["viscous"]
-    assert float(rows["viscous,"][-3]) == pytest.approx(viscous, rel=1e-3)
+    assert float(rows["viscous,"][-3]) == pytest.approx(adaptive.final_estimates["viscous"], rel=1e-3)
     assert outcome.out.rstrip().endswith(f"are in {tmp_path / 'out'}")
 
 
@@ -162,16 +157,13 @@ def test_without_a_command_it_shows_the_commands():
     assert "compare" in outcome.out
 
 
-def test_equations_that_have_no_solution_are_refused_in_one_line(tmp_path, scenario):
-    with patch("adaptive_ff.comparison.comparison.compare", lambda *_, **__: np.linalg.inv(np.zeros((2, 2)))):
-        line = refusal("compare", scenario, "--out", tmp_path / "out")
+def test_numbers_without_a_solution_are_refused_and_a_defect_of_the_program_is_not_taken_for_one(tmp_path, scenario):
+    command, compared = ("compare", scenario, "--out", tmp_path / "out"), "adaptive_ff.comparison.comparison.compare"
+    with patch(compared, lambda *_, **__: np.linalg.inv(np.zeros((2, 2)))):
+        line = refusal(*command)
     assert "numbers are too large, too small or too much alike to compute with (Singular matrix)" in line
-    assert not (tmp_path / "out").exists()
-
-
-def test_defect_of_the_program_is_not_taken_for_bad_input(tmp_path, scenario):
-    with patch("adaptive_ff.comparison.comparison.compare", lambda *_, **__: 1 + None), pytest.raises(TypeError):
-        run_command_line("compare", scenario, "--out", tmp_path / "out")
+    with patch(compared, lambda *_, **__: 1 + None), pytest.raises(TypeError):
+        run_command_line(*command)
     assert not (tmp_path / "out").exists()
 
 
