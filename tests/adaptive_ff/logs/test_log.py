@@ -1,12 +1,15 @@
-"""Logs in every format, written by the library of the format and read back."""
+"""Logs in every format, recordings of robots among them, written by the library of the format and read back."""
 
 import builtins
+import json
 import sys
 
 import h5py
 import numpy as np
 import pyarrow
 import pytest
+from mcap.writer import Writer
+from mcap_ros2.writer import Writer as RosWriter
 from pyarrow import parquet
 from scenario_files import refused
 from scipy import io
@@ -87,9 +90,9 @@ def test_series_of_a_table_is_picked_by_its_number(ending, write, transposed, tm
     assert np.array_equal(log.time, 0.5 * np.arange(7))
 
 
-def test_members_of_structs_and_groups_are_reached_by_dots(tmp_path):
+def test_members_of_structs_and_groups_are_reached_by_dots_and_text_without_content_is_none(tmp_path):
     io.savemat(tmp_path / "struct.mat", {"log": {"drive": {"u": TORQUE}, "q": POSITION}})
-    write_hdf5(tmp_path / "group.h5", **{"log/drive/u": TORQUE, "log/q": POSITION})
+    write_hdf5(tmp_path / "group.h5", **{"log/drive/u": TORQUE, "log/q": POSITION, "log/remark": h5py.Empty("S10")})
     for name in ("struct.mat", "group.h5"):
         log = read_log(tmp_path / name, period=1.0, velocity="log.q", torque="log.drive.u")
         assert np.array_equal(log.torque, TORQUE)
@@ -111,17 +114,6 @@ def test_fields_of_structured_arrays_are_reached_by_dots(tmp_path):
             read_log(tmp_path / name, time="log.t", position="q", torque="log.tau[1]")
 
 
-def test_an_empty_dataset_of_text_is_no_column(tmp_path):
-    write_hdf5(tmp_path / "log.h5", q=POSITION, u=TORQUE, remark=h5py.Empty("S10"))
-    assert np.array_equal(read_log(tmp_path / "log.h5", period=1.0, position="q", torque="u").position, POSITION)
-
-
-def test_months_are_no_time(tmp_path):
-    np.savez(tmp_path / "log.npz", t=np.arange(7).astype("m8[M]"), q=POSITION, u=TORQUE)
-    with pytest.raises(InputError, match="t holds months or years, which are no time in seconds"):
-        read_log(tmp_path / "log.npz", time="t", position="q", torque="u")
-
-
 def test_times_and_durations_are_read_as_seconds(tmp_path):
     """As pandas writes an index of times to Parquet."""
     durations = (1e9 * TIME).round().astype("m8[ns]")
@@ -129,7 +121,9 @@ def test_times_and_durations_are_read_as_seconds(tmp_path):
     missing = np.where(np.arange(7) == 2, np.datetime64("NaT"), moments)
     columns = {"moment": moments, "elapsed": durations, "missing": missing, "q": POSITION, "u": TORQUE}
     parquet.write_table(pyarrow.table(columns), tmp_path / "log.parquet")
-    np.savez(tmp_path / "log.npz", **columns)
+    np.savez(tmp_path / "log.npz", **columns, months=np.arange(7).astype("m8[M]"))
+    with pytest.raises(InputError, match="months holds months or years, which are no time in seconds"):
+        read_log(tmp_path / "log.npz", time="months", position="q", torque="u")
     for name in ("log.parquet", "log.npz"):
         stamps = ("moment", "elapsed", "missing")
         read = {time: read_log(tmp_path / name, time=time, position="q", torque="u").time for time in stamps}
@@ -153,18 +147,15 @@ def test_column_whose_own_name_has_brackets_is_found(tmp_path):
     assert np.array_equal(read_log(tmp_path / "log.csv", time="t", position="q[0]", torque="u").position, POSITION)
 
 
-def test_cells_without_a_number_become_nan_and_others_stay(tmp_path):
+def test_cells_without_a_number_become_nan_and_one_row_is_a_log_of_one_sample(tmp_path):
+    (tmp_path / "one.csv").write_text("t,q,u\n0,1,5\n", encoding="utf-8")
+    assert read_log(tmp_path / "one.csv", **GOOD).torque.tolist() == [5.0]
     (tmp_path / "log.csv").write_text('t,q,"u"\n0,1,5\n1,,6\n2,x,"7"\n3,4\n', encoding="utf-8")
     with pytest.warns(UserWarning, match="log.csv: q = 'x' in row 3 is no number; such samples are left out"):
         log = read_log(tmp_path / "log.csv", time="t", position="q", torque="u")
     assert np.array_equal(log.time, [0.0, 1.0, 2.0, 3.0])
     assert np.array_equal(log.position, [1.0, np.nan, np.nan, 4.0], equal_nan=True)
     assert np.array_equal(log.torque, [5.0, 6.0, 7.0, np.nan], equal_nan=True)
-
-
-def test_one_row_is_a_log_of_one_sample(tmp_path):
-    (tmp_path / "log.csv").write_text("t,q,u\n0,1,5\n", encoding="utf-8")
-    assert read_log(tmp_path / "log.csv", **GOOD).torque.tolist() == [5.0]
 
 
 @pytest.mark.parametrize("known", ["known_torque", "position", "time"])
@@ -251,6 +242,7 @@ def test_column_of_words_is_refused(tmp_path):
     [
         ("log.csv", None, "No such file"),
         ("log.npz", b"PK no archive", "cannot be read"),
+        ("log.npz", bytes(range(256)) * 10, "cannot be read: it is no NPZ archive"),
         ("log.mat", b"\x00" * 300, "cannot be read"),
         ("log.parquet", b"PAR?", "cannot be read"),
         ("log.h5", b"no HDF5", "cannot be read"),
@@ -299,8 +291,115 @@ def test_simulink_structure_with_time_is_read(several, tmp_path):
         assert series.tolist() == true.tolist()
 
 
-def test_a_file_that_is_no_npz_archive_is_not_said_to_hold_objects(tmp_path):
-    path = tmp_path / "log.npz"
-    path.write_bytes(bytes(range(256)) * 10)
-    with pytest.raises(InputError, match=r"log\.npz: cannot be read: it is no NPZ archive$"):
-        read_log(path, torque="u", position="q", time="t")
+NAMES = {"position": "arm.joint_states.position[1]", "torque": "arm.joint_states.effort[1]"}
+
+JOINT_STATE = """std_msgs/Header header
+float64[] position
+float64[] effort
+================================================================================
+MSG: std_msgs/Header
+builtin_interfaces/Time stamp
+string frame_id
+================================================================================
+MSG: builtin_interfaces/Time
+int32 sec
+uint32 nanosec
+"""
+
+
+def write_ros(path, shorter=None):
+    with path.open("wb") as stream, RosWriter(stream) as writer:
+        schema = writer.register_msgdef("sensor_msgs/msg/JointState", JOINT_STATE)
+        for k, (position, torque) in enumerate(zip(POSITION, TORQUE, strict=True)):
+            size = 1 if k == shorter else 2
+            message = {
+                "header": {"stamp": {"sec": 5, "nanosec": round(1e9 * TIME[k])}, "frame_id": "base"},
+                "position": [0.0, position][-size:],
+                "effort": [0.0, torque][-size:],
+            }
+            nanoseconds = round(1e9 * TIME[k]) + 7
+            writer.write_message("/arm/joint_states", schema, message, nanoseconds, nanoseconds)
+
+
+def write_json(path, encoding="json"):
+    with path.open("wb") as stream:
+        writer = Writer(stream)
+        writer.start()
+        schema = writer.register_schema("state", "jsonschema", b"{}")
+        channel = writer.register_channel("/drive", encoding, schema)
+        for t, position, torque in zip(TIME, POSITION, TORQUE, strict=True):
+            data = json.dumps({"t": t, "q": position, "axis": {"u": torque}, "name": "x"}).encode()
+            writer.add_message(channel, round(1e9 * t), data, round(1e9 * t))
+        writer.finish()
+
+
+def message(types, k, first):
+    stamp = types.types["builtin_interfaces/msg/Time"](sec=5, nanosec=round(1e9 * TIME[k]))
+    header = types.types["std_msgs/msg/Header"](stamp=stamp, frame_id="base", **first)
+    arrays = [np.array([0.0, value]) for value in (POSITION[k], 0.0, TORQUE[k])]
+    return types.types["sensor_msgs/msg/JointState"](header, ["a", "b"], *arrays)
+
+
+def write_bag(writer, store, serialize, with_number):
+    from rosbags.typesys import Stores, get_typestore
+
+    types = get_typestore(getattr(Stores, store))
+    with writer:
+        link = writer.add_connection("/arm/joint_states", "sensor_msgs/msg/JointState", typestore=types)
+        for k in range(TIME.size):
+            said = message(types, k, {"seq": k} if with_number else {})
+            raw = getattr(types, serialize)(said, "sensor_msgs/msg/JointState")
+            writer.write(link, round(1e9 * TIME[k]) + 7, raw)
+
+
+def write_ros2(folder):
+    rosbag2 = pytest.importorskip("rosbags.rosbag2")
+    write_bag(rosbag2.Writer(folder / "bag", version=9), "ROS2_HUMBLE", "serialize_cdr", False)
+    return folder / "bag" / "bag.db3"
+
+
+def write_ros1(folder):
+    rosbag1 = pytest.importorskip("rosbags.rosbag1")
+    write_bag(rosbag1.Writer(folder / "log.bag"), "ROS1_NOETIC", "serialize_ros1", True)
+    return folder / "log.bag"
+
+
+def write_mcap(folder):
+    write_ros(folder / "log.mcap")
+    return folder / "log.mcap"
+
+
+@pytest.mark.parametrize("write", [write_mcap, write_ros1, write_ros2])
+def test_joint_states_of_ros_are_read(write, tmp_path):
+    path = write(tmp_path)
+    log = read_log(path, time="arm.joint_states.header.stamp", **NAMES)
+    assert log.time == pytest.approx(5.0 + TIME, abs=1e-8)
+    assert log.position.tolist() == POSITION.tolist()
+    assert log.torque.tolist() == TORQUE.tolist()
+    by_recorder = read_log(path, time="arm.joint_states.log_time", **NAMES)
+    assert by_recorder.time == pytest.approx(TIME, abs=1e-8)
+    with pytest.raises(InputError, match=r"there is no column q; there are .*arm.joint_states.position \(7, 2\)"):
+        read_log(path, time="arm.joint_states.log_time", position="q", torque=NAMES["torque"])
+
+
+def test_messages_in_json_are_read(tmp_path):
+    write_json(tmp_path / "log.mcap")
+    log = read_log(tmp_path / "log.mcap", time="drive.t", position="drive.q", torque="drive.axis.u")
+    assert log.time.tolist() == TIME.tolist()
+    assert log.position.tolist() == POSITION.tolist()
+    assert log.torque.tolist() == TORQUE.tolist()
+
+
+@pytest.mark.parametrize(
+    ("name", "write", "message"),
+    [
+        ("log.mcap", lambda path: write_json(path, "protobuf"), "messages are encoded as protobuf; cdr"),
+        ("log.mcap", lambda path: write_ros(path, shorter=2), "arm.joint_states.effort is not the same in all"),
+        ("log.mcap", lambda path: path.write_bytes(b"no mcap at all"), "cannot be read"),
+        ("log.mcap", lambda path: path.write_bytes(b""), "cannot be read"),
+        ("log.bag", lambda path: path.write_bytes(b"no bag at all"), "cannot be read"),
+    ],
+)
+def test_useless_recording_is_refused_in_one_line(name, write, message, tmp_path):
+    write(tmp_path / name)
+    assert message in refused("", read_log, tmp_path / name, time="arm.joint_states.log_time", **NAMES)

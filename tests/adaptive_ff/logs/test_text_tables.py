@@ -74,11 +74,6 @@ def test_row_of_units_is_told_from_a_row_of_words(tmp_path):
         assert read_table(written(tmp_path, text), [])[0].units == {}, text
 
 
-def test_quote_in_a_row_of_numbers_joins_no_lines(tmp_path):
-    layout, _ = read_table(written(tmp_path, 't,q\n0,1\n1,5" pipe\n' + "2,3\n" * 5), [])
-    assert (layout.units, layout.names) == ({}, ["t", "q"])
-
-
 @pytest.mark.parametrize(
     ("text", "row", "cells"),
     [
@@ -112,32 +107,26 @@ def test_columns_without_a_header_are_named_by_their_number(tmp_path):
         read_log(tmp_path / "log.txt", time="t", position="1", torque="2")
 
 
-def test_iso_times_become_seconds(tmp_path):
+def test_iso_times_become_seconds_and_lose_nothing_of_a_microsecond(tmp_path):
     path = written(tmp_path, "t,q\n2024-05-01T10:00:00.250,1\n2024-05-01 10:00:01.500,2\nlater,3\n")
     with pytest.warns(UserWarning, match="t = 'later' in row 3 is no number"):
         time = read_table(path, ["t"])[1]["t"]
     assert np.diff(time[:2]).tolist() == [1.25]
     assert np.isnan(time[2])
+    begin = datetime(2026, 3, 1, 23, 59, 59, tzinfo=UTC)
+    rows = [f"{(begin + timedelta(microseconds=2000 * k)).isoformat()},{k}" for k in range(1000)]
+    time = read_table(written(tmp_path, "\n".join(["t,q", *rows])), ["t", "q"])[1]["t"]
+    assert np.max(np.abs(time - 0.002 * np.arange(1000))) < 1e-12
 
 
-def test_times_of_a_day_become_seconds(tmp_path):
+def test_times_of_a_day_become_seconds_and_go_on_past_midnight(tmp_path):
     path = written(tmp_path, "t,q\n23:59:59.998,1\n23:59:59.999500,2\n24:01,3\n9:00,4\n:,5\n")
     with pytest.warns(UserWarning, match="t = '24:01' in row 3 is no number"):
         _, columns = read_table(path, ["t"])
     assert columns["t"][:2] == pytest.approx([0.0, 1.5e-3], abs=1e-12)
     assert np.all(np.isnan(columns["t"][2:]))
-
-
-def test_times_of_a_day_go_on_past_midnight(tmp_path):
     _, columns = read_table(written(tmp_path, "t,q\n23:59:59.995,1\n00:00:00,2\n00:00:00.005,3\n"), ["t"])
     assert columns["t"] == pytest.approx([0.0, 0.005, 0.01], abs=1e-9)
-
-
-def test_iso_times_lose_nothing_of_a_microsecond(tmp_path):
-    begin = datetime(2026, 3, 1, 23, 59, 59, tzinfo=UTC)
-    rows = [f"{(begin + timedelta(microseconds=2000 * k)).isoformat()},{k}" for k in range(1000)]
-    _, columns = read_table(written(tmp_path, "\n".join(["t,q", *rows])), ["t", "q"])
-    assert np.max(np.abs(columns["t"] - 0.002 * np.arange(1000))) < 1e-12
 
 
 def test_known_torque_is_taken_from_that_of_the_drive(tmp_path):
@@ -170,7 +159,9 @@ def test_reading_takes_at_most_five_times_the_size_of_the_columns(gap, tmp_path)
     assert peak <= 5 * 3 * 8 * rows
 
 
-def test_a_quote_that_is_not_closed_is_refused_with_its_line(tmp_path):
+def test_a_quote_that_is_not_closed_is_refused_with_its_line_and_one_among_numbers_joins_no_lines(tmp_path):
+    layout, _ = read_table(written(tmp_path, 't,q\n0,1\n1,5" pipe\n' + "2,3\n" * 5), [])
+    assert (layout.units, layout.names) == ({}, ["t", "q"])
     rows = [f"{k},{2 * k}" for k in range(20)]
     rows[7] = '7,"14'
     with pytest.raises(InputError, match="a quote that begins in or after line 9 is not closed"):

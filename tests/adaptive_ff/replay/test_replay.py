@@ -67,14 +67,9 @@ def test_torque_of_something_else_is_said():
         ({"ripple_periods": (0.0,)}, "ripple_periods"),
         ({"state": "3"}, "is no saved state of a replay"),
         ({"torque_delay": 3.0}, "torque_delay = 3 s is not allowed"),
+        ({"identify": "gravity"}, "gravity and ripples are learnt over a position; the log has none"),
     ],
 )
 def test_argument_out_of_range_is_refused(given, message):
     with pytest.raises(InputError, match=message):
-        replay_log(make_log(duration=5.0), **given)
-
-
-def test_a_velocity_has_no_position_to_learn_over():
-    log = make_log(duration=5.0, as_position=False)
-    with pytest.raises(InputError, match="gravity and ripples are learnt over a position; the log has none"):
-        replay_log(log, identify="gravity")
+        replay_log(make_log(duration=5.0, as_position=given != {"identify": "gravity"}), **given)

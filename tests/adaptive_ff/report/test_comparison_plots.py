@@ -1,5 +1,7 @@
+"""Pictures of comparisons and of sweeps: what is in them."""
+
 import struct
-from dataclasses import replace
+from dataclasses import fields, replace
 from time import process_time
 
 import matplotlib
@@ -9,6 +11,9 @@ import pytest
 from adaptive_ff import Comparison, InputError, __version__, compare, load_scenario, simulate
 from adaptive_ff.friction.model import model_friction
 from adaptive_ff.report.comparison_pictures import plot_comparison, plot_run
+from adaptive_ff.report.study_pictures import plot_sweep
+from adaptive_ff.simulation.metrics import Metrics
+from adaptive_ff.studies.sweep import Outcome
 from plant import sliding_friction
 
 pytestmark = pytest.mark.usefixtures("drawn")
@@ -99,8 +104,10 @@ def test_failed_writing_leaves_neither_the_picture_nor_a_part_of_it(comparison, 
     assert (tmp_path / "tracking.png").read_bytes() == b"older"
 
 
-def test_error_lines_are_reference_minus_true_velocity_in_the_settled_close_up(comparison, figures):
-    error = figures["tracking"].axes[1]
+def test_errors_are_drawn_in_the_settled_close_up_and_as_the_rms_of_the_last_two_seconds(comparison, figures):
+    _, error, rms = figures["tracking"].axes
+    assert rms.get_yscale() == "log"
+    assert "over the last 2 s" in rms.get_ylabel()
     drawn = lines(error)
     assert list(drawn) == list(comparison.runs)
     for name, run in comparison.runs.items():
@@ -111,6 +118,13 @@ def test_error_lines_are_reference_minus_true_velocity_in_the_settled_close_up(c
         np.testing.assert_allclose(drawn[name].get_ydata(), 1e3 * (run.reference - run.velocity)[part], atol=1e-12)
         assert time[0] >= 10.0  # the settled part begins there: 6 s change, 16 s end
         assert time[-1] - time[0] == pytest.approx(5.0, abs=1.01)
+        line = lines(rms)[name]
+        moments, values = np.asarray(line.get_xdata()), np.asarray(line.get_ydata())
+        assert moments[-1] == run.solver_time[-1]
+        for index in (100, 300, -1):
+            last = (run.solver_time > moments[index] - 2.0) & (run.solver_time <= moments[index])
+            expected = 1e3 * np.sqrt(np.mean((run.reference - run.velocity)[last] ** 2))
+            assert values[index] == pytest.approx(expected, rel=0.03)  # window of whole blocks
 
 
 def test_close_up_has_the_most_reversals_of_the_settled_part():
@@ -123,20 +137,6 @@ def test_close_up_has_the_most_reversals_of_the_settled_part():
     assert low < 22.0
     assert high > 23.0
     assert high - low == pytest.approx(6.0, abs=0.01)
-
-
-def test_running_rms_error_is_that_of_the_last_two_seconds(comparison, figures):
-    rms = figures["tracking"].axes[2]
-    assert rms.get_yscale() == "log"
-    assert "over the last 2 s" in rms.get_ylabel()
-    for name, run in comparison.runs.items():
-        line = lines(rms)[name]
-        moments, values = np.asarray(line.get_xdata()), np.asarray(line.get_ydata())
-        assert moments[-1] == run.solver_time[-1]
-        for index in (100, 300, -1):
-            last = (run.solver_time > moments[index] - 2.0) & (run.solver_time <= moments[index])
-            expected = 1e3 * np.sqrt(np.mean((run.reference - run.velocity)[last] ** 2))
-            assert values[index] == pytest.approx(expected, rel=0.03)  # window of whole blocks
 
 
 def test_wild_estimates_leave_the_panel_and_are_named(comparison):
@@ -212,3 +212,26 @@ def test_one_perfect_run_beside_another(comparison):
 def test_comparison_without_runs_is_refused():
     with pytest.raises(ValueError, match=r"comparison.runs is empty"):
         plot_comparison(Comparison(SHORT, {}))
+
+
+def outcome(draw, adaptive, **own):
+    """An outcome in which errors of pi are one."""
+
+    def metrics(error):
+        return Metrics(**{field.name: error for field in fields(Metrics)})
+
+    errors = {"pi": 1.0, "adaptive": adaptive, **own}
+    return Outcome(draw, {name: metrics(error) for name, error in errors.items()}, fall=draw)
+
+
+def test_distributions_and_worst_cases_of_a_sweep_are_drawn():
+    outcomes = [outcome(draw, 0.1 * draw, mine=1.0) for draw in (3, 1, 2)] + [Outcome(9, {}, "refused")]
+    figure = plot_sweep(outcomes, "around joint.toml, seed 7", 2)
+    settled, whole, cases = figure.axes
+    drawn = {line.get_color(): np.unique(line.get_xdata()) for line in whole.lines if len(line.get_xdata()) > 2}
+    assert drawn["#d55e00"] == pytest.approx([1.0 / 0.3, 1.0 / 0.2, 1.0 / 0.1])
+    assert np.unique(settled.lines[0].get_xdata()) == pytest.approx([1.0 / 0.3, 1.0 / 0.2, 1.0 / 0.1])
+    assert {text.get_text(): text.xy[0] for text in cases.texts} == {"1": 3, "2": 2}
+    legend = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert legend[:2] == ["adaptive", "mine"]
+    assert "around joint.toml, seed 7, adaptive-ff" in figure.get_supxlabel()
