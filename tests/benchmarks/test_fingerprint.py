@@ -1,9 +1,12 @@
-"""Fingerprints follow the code that runs, and nothing else."""
+"""Fingerprints follow the code that runs, and nothing else; small faults that are called equivalent are ones made."""
+
+import pkgutil
 
 import pytest
 
 from benchmarks import fingerprint as module
 from benchmarks.fingerprint import fingerprint, import_closure
+from benchmarks.mutation.operators import EQUIVALENT, mutants
 
 FILES = {
     "plant/__init__.py": "",
@@ -57,3 +60,9 @@ def test_further_files_count_to_the_byte(tmp_path):
     before = fingerprint(["plant"], [scenario])
     scenario.write_text("seed = 1 \n")
     assert fingerprint(["plant"], [scenario]) != before
+
+
+@pytest.mark.parametrize("name", sorted({name for name, _, _ in EQUIVALENT}))
+def test_every_equivalent_mutant_is_one_of_those_that_are_made(name):
+    made = {mutant.key for mutant in mutants(name, pkgutil.resolve_name(name))}
+    assert {key for key in EQUIVALENT if key[0] == name} <= made

@@ -27,20 +27,13 @@ def test_pages_are_as_they_are_filled():
     assert [name for name, text in PAGES.items() if rendered(text) != text] == []
 
 
-def test_numbers_typed_by_hand_are_listed():
-    typed = {name: set(typed_numbers(text)) - set(ALLOWED.get(name, [])) for name, text in PAGES.items()}
-    assert {name: numbers for name, numbers in typed.items() if numbers} == {}
-
-
-def test_lists_have_no_number_that_their_page_does_not_show():
-    for name, numbers in ALLOWED.items():
-        assert set(numbers) <= set(typed_numbers(PAGES[name]))
-
-
-def test_few_numbers_are_typed_by_hand():
-    typed = sum(map(len, map(typed_numbers, PAGES.values())))
-    filled = sum(map(filled_numbers, PAGES.values()))
-    assert typed <= LARGEST_SHARE * (typed + filled)
+def test_few_numbers_are_typed_by_hand_and_lists_hold_those_that_pages_show():
+    typed = {name: typed_numbers(text) for name, text in PAGES.items()}
+    unlisted = {name: set(numbers) - set(ALLOWED.get(name, [])) for name, numbers in typed.items()}
+    assert {name: numbers for name, numbers in unlisted.items() if numbers} == {}
+    assert all(set(numbers) <= set(typed[name]) for name, numbers in ALLOWED.items())
+    count = sum(map(len, typed.values()))
+    assert count <= LARGEST_SHARE * (count + sum(map(filled_numbers, PAGES.values())))
 
 
 def test_few_words_are_written_by_hand():
@@ -52,11 +45,6 @@ def test_few_words_are_written_by_hand():
     assert words["README.md"] <= 900
     assert len(PAGES["README.md"].splitlines()) <= 150
     assert longest <= (900, longest[1])
-
-
-def test_a_number_that_no_result_holds_is_refused():
-    with pytest.raises(InputError, match="no stored result holds it"):
-        number_of("matrix/no such row/adaptive.settled median")
 
 
 def test_typed_numbers_are_found_beside_what_is_filled_and_what_is_code():
@@ -82,6 +70,8 @@ def test_quantities(text, expected):
 
 
 def test_quantities_that_are_none_are_refused():
+    with pytest.raises(InputError, match="no stored result holds it"):
+        number_of("matrix/no such row/adaptive.settled median")
     with pytest.raises(InputError, match=r"write 'controller\.figure statistic'"):
         quantity(RESULT, "one", "settled")
     with pytest.raises(InputError, match="statistic = 'middle' is not known"):

@@ -69,13 +69,10 @@ def test_the_true_joint_predicts_the_record_down_to_the_noise():
     assert rms(one_step) > 1.2 * records.NOISE  # that of two samples
 
 
-def test_the_posterior_error_is_the_prior_one_times_less_than_one(seen):
+def test_the_posterior_error_is_the_smaller_and_with_lambda_one_rls_comes_to_the_offline_fit(seen):
     prior, posterior = seen.series.errors["prior"], seen.series.errors["posterior"]
     assert np.all(np.abs(posterior) <= np.abs(prior) + 1e-12)
     assert np.any(prior)
-
-
-def test_with_lambda_one_rls_comes_to_the_offline_fit(seen):
     series = fit_series(seen.record, 1.0, closed_loop.COVARIANCE)
     assert series.coefficients[-1] == pytest.approx(seen.series.offline.values, rel=2e-2)
     late = seen.record.time > 60.0
@@ -104,12 +101,6 @@ def test_the_offline_fit_is_spoilt_near_rest_and_not_by_the_sampling(seen):
     assert closed_loop.physical_of(even.offline.values)[0] > 5.0 * records.TRUE.inertia
 
 
-def test_the_torque_form_identifies_from_the_same_data(seen):
-    assert np.all(np.abs(seen.form.estimates[-1][:4] / records.TRUTH_VALUES[:4] - 1.0) < 0.1)
-    offline = closed_loop.settled_rms(seen.record, seen.series.errors["offline"])
-    assert closed_loop.settled_rms(seen.record, seen.form.errors["online"]) < 0.8 * offline
-
-
 def test_coefficients_with_a_short_memory_stand_for_no_joint(seen):
     late = seen.record.time > 5.0
     possible = is_possible(physical_series(seen.series.coefficients[late], records.ROBOT_PERIOD))
@@ -121,7 +112,10 @@ def test_coefficients_with_a_short_memory_stand_for_no_joint(seen):
     assert not is_possible(np.array(impossible)).any()
 
 
-def test_fed_forward_the_torque_form_helps_and_the_paper_does_harm(seen):
+def test_the_torque_form_identifies_from_the_same_data_and_helps_where_the_paper_does_harm(seen):
+    assert np.all(np.abs(seen.form.estimates[-1][:4] / records.TRUTH_VALUES[:4] - 1.0) < 0.1)
+    offline = closed_loop.settled_rms(seen.record, seen.series.errors["offline"])
+    assert closed_loop.settled_rms(seen.record, seen.form.errors["online"]) < 0.8 * offline
     found = closed_loop.tracking_errors(seen, 101)
     assert found[closed_loop.FORM] < 0.4 * found[closed_loop.ALONE]
     assert found[closed_loop.ORACLE] < 0.4 * found[closed_loop.ALONE]
@@ -129,19 +123,16 @@ def test_fed_forward_the_torque_form_helps_and_the_paper_does_harm(seen):
     assert found[closed_loop.ONLINE] > 2.5 * found[closed_loop.ALONE]
 
 
-def test_rows_about_the_data_tell_what_the_record_is(seen):
+def test_rows_about_the_data_tell_what_the_record_is_in_words(seen):
+    assert median_and_range([3.0, 1.0, 10.0]) == "3.00 (1.00 to 10.00)"
+    assert median_and_range([0.26, 0.34], 1) == "0.3 (0.3 to 0.3)"
+    assert in_words(1.1 * records.TRUTH_VALUES) == "J +10.0, Fc +10.0, Fs +10.0, sigma +10.0, tau +10.0"
     rows = closed_loop.data_rows(seen.record)
     assert [row.met for row in rows[:2]] == [True, True]
     values = {row.quantity: row.value for row in rows}
     assert values["V-B: largest speed of the reference, deg/s"] == pytest.approx(20.05, abs=0.5)
     assert values["Fig. 7: resolution of the torque K i, N m"] == pytest.approx(RESOLUTION)
     assert not closed_loop.data_rows(records.drive(records.build_robot_setup(101, duration=20.0, uniform=True)))[1].met
-
-
-def test_medians_and_deviations_in_words():
-    assert median_and_range([3.0, 1.0, 10.0]) == "3.00 (1.00 to 10.00)"
-    assert median_and_range([0.26, 0.34], 1) == "0.3 (0.3 to 0.3)"
-    assert in_words(1.1 * records.TRUTH_VALUES) == "J +10.0, Fc +10.0, Fs +10.0, sigma +10.0, tau +10.0"
 
 
 def drawn(figure, panel):

@@ -52,14 +52,11 @@ def test_data_are_those_of_the_issue(data):
     assert set(MORE_SEEDS).isdisjoint(range(101, 1000))  # where settings were chosen
 
 
-def test_data_are_those_of_the_joint_under_the_held_torque(data):
+def test_data_are_those_of_the_joint_under_the_held_torque_also_every_millisecond(data):
     joint = Joint(JointModel(inertia=20.0, **FRICTION, friction_lag=0.02))
     expected = [0.0, *(joint.step(torque, PERIOD) for torque in data.commanded[:300])]
     assert data.velocity[:301] == pytest.approx(expected, rel=1e-12, abs=1e-15)
     assert np.array_equal(data.acting[1:], data.commanded[:-1])
-
-
-def test_the_same_record_every_millisecond(data):
     fine = data.every(0.001)
     assert np.array_equal(fine.velocity[::10], data.velocity)
     assert np.array_equal(fine.acting[10::10], data.acting[1:])
@@ -80,7 +77,10 @@ def test_targets_of_figure_4(worst, way, limits, place):
     assert offline.LIMITS[way][ESTIMATED[place]] == limits[place]
 
 
-def test_all_samples_and_the_commanded_torque_mislead(found):
+def test_all_samples_and_the_commanded_torque_mislead_and_the_torque_form_predicts_far_better(data, found):
+    of_series = rms(estimators.series_one_step(found[offline.SHIFTED].regression.values, data.velocity, data.acting))
+    form = rms(predict(found[offline.FILTERED].model, data, one_step=True) - data.velocity)
+    assert form < 0.2 * of_series
     off = {name: deviations(way.model) for name, way in found.items()}  # %
     assert off[offline.SHIFTED]["stiction"] < -15.0
     assert off[offline.PLAIN]["friction_lag"] < -50.0
@@ -116,12 +116,6 @@ def test_free_run_of_the_series_follows_its_own_recursion(data, found):
         expected.append(float(np.dot(terms, coefficients)))
     free = estimators.series_free_run(coefficients, data.velocity[:60], torque)
     assert free == pytest.approx(expected, rel=1e-9, abs=1e-12)
-
-
-def test_torque_form_predicts_far_better_than_the_series(data, found):
-    series = rms(estimators.series_one_step(found[offline.SHIFTED].regression.values, data.velocity, data.acting))
-    form = rms(predict(found[offline.FILTERED].model, data, one_step=True) - data.velocity)
-    assert form < 0.2 * series
 
 
 def test_rls_without_forgetting_is_least_squares_with_a_prior_that_fades_as_its_covariance_grows(data):
@@ -170,7 +164,7 @@ def test_every_form_of_the_recursion_is_13_word_for_word(form):
     assert np.array_equal(covariance, covariance.T) is (form == rounding.SYMMETRIC)
 
 
-def test_rounding_harms_only_the_form_that_saves_a_product():
+def test_rounding_harms_only_the_form_that_saves_a_product_and_without_excitation_every_form_winds_up():
     long = simulate_noise(SEED, duration=200.0)
     rows, outputs = estimators.regression(long.velocity, long.acting)
     histories = {form: rounding.watch(form, rows, outputs, 1e4) for form in rounding.FORMS}
@@ -182,12 +176,8 @@ def test_rounding_harms_only_the_form_that_saves_a_product():
     assert economical.indefinite() < 100.0
     assert math.log(rounding.growth_per_sample(economical)) == pytest.approx(-math.log(0.99), rel=0.2)
     assert rms(economical.errors) > 5.0 * rms(histories[rounding.SYMMETRIC].errors)
-
-
-def test_every_form_winds_up_without_excitation():
-    rows, outputs = rounding.steady_motion()
-    for form in rounding.FORMS:
-        assert rounding.watch(form, rows, outputs, 1e4).indefinite() < 60.0
+    steady = rounding.steady_motion()
+    assert max(rounding.watch(form, *steady, 1e4).indefinite() for form in rounding.FORMS) < 60.0
 
 
 def test_fraction_of_the_error_on_reversals_grows_with_their_speed_its_size_does_not(found):

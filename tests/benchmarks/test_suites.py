@@ -31,7 +31,9 @@ def test_every_suite_has_cases_that_can_be_sent_to_processes_and_keys_of_their_o
     assert [case.key for case in pickle.loads(pickle.dumps(cases))] == [case.key for case in cases]
 
 
-def test_unknown_suites_and_fields_are_refused(tmp_path, monkeypatch):
+def test_unknown_suites_cases_and_fields_are_refused(tmp_path, monkeypatch):
+    with pytest.raises(InputError, match="--only = 'none' matches no case of matrix"):
+        CliRunner().invoke(command.app, ["run", "matrix", "--only", "none"], catch_exceptions=False)
     with pytest.raises(InputError, match="suite = 'none' is not known; there are"):
         load_suite("none")
     monkeypatch.setattr(suite, "SUITES", tmp_path)
@@ -96,17 +98,14 @@ def result(name, **settled):
     return Result(name, "", "", 0.0, "", {}, rows)
 
 
-def test_comparison_pairs_the_cases_that_both_have():
+def test_comparison_pairs_the_cases_that_both_have_by_geometric_means():
+    assert geometric_mean([1.0, 4.0]) == pytest.approx(2.0)
     before, after = result("made", one=[2.0, 8.0, 1.0], two=[0.9]), result("made", one=[1.0, 4.0], two=[0.96])
     inside, outside = summary_lines(Suite("made", "", [], outside=["two"]), before, after, ["own"])
     assert inside[1:7] == ["inside", "own", "2", "4.000 2.000", "0.500", "0 0"]
     assert outside[3:7] == ["1", "0.900 0.960", "1.067", "1 0"]
     (moved,) = moved_lines(Suite("made", "", []), before, after, ["own"])
     assert moved == ["made", "inside", "own", "one", "settled", "5", "2.5", "0.50"]
-
-
-def test_geometric_mean():
-    assert geometric_mean([1.0, 4.0]) == pytest.approx(2.0)
 
 
 def test_a_scenario_that_is_made_here_is_compared_with_pi():
@@ -138,8 +137,3 @@ def test_stale_suites_are_run_and_one_that_fails_does_not_end_the_others(tmp_pat
     assert done.exit_code == 1
     assert [file.name for file in (tmp_path / "out").iterdir()] == ["matrix.json"]
     assert done.stderr.splitlines()[-1] == "benchmarks: arms: --only = 'slow_010' matches no case of arms"
-
-
-def test_command_refuses_what_matches_nothing():
-    with pytest.raises(InputError, match="--only = 'none' matches no case of matrix"):
-        CliRunner().invoke(command.app, ["run", "matrix", "--only", "none"], catch_exceptions=False)

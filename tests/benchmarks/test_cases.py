@@ -1,11 +1,15 @@
-"""The synthetic logs on which the intervals of ``identify`` are counted."""
+"""Cases of suites: synthetic logs on which the intervals of ``identify`` are counted, and recorded machines."""
 
 import numpy as np
 import pytest
 
+from benchmarks.cases import recorded
 from benchmarks.cases.drawn_logs import driven_case, make_case
 from benchmarks.cases.logs import repetition, run_driven
 from benchmarks.cases.other_joints import draw
+from benchmarks.cases.recorded import DATA, JOBS
+from benchmarks.running import run_case
+from benchmarks.suite import load_suite
 
 
 @pytest.mark.parametrize("seed", [2, 3, 8, 11])
@@ -45,3 +49,27 @@ def test_inertia_of_joints_that_stick_for_long_is_within_its_interval():
     assert [one["inertia_inside"] for one in found] == [[1.0]] * 3
     for name in ("inertia", "coulomb"):
         assert np.median([abs(one[f"{name}_error"][0]) for one in found]) < 0.05, name
+
+
+def test_absent_data_are_said_with_their_source(tmp_path, monkeypatch):
+    monkeypatch.setattr(recorded, "DATA", tmp_path)
+    for job, case in zip(JOBS.values(), recorded.joints(), strict=True):
+        refused = run_case(case, ["identify"])[""]["refused"]
+        assert job.table["origin"] in refused
+        assert all(file in refused for file in job.table["files"])
+
+
+MISSING = JOBS["KUKA KR300 axis 6"].missing()
+
+
+@pytest.mark.skipif(bool(MISSING), reason=f"the recorded data lie outside the repository and are not there: {DATA}")
+def test_axis_is_identified_replayed_and_put_into_a_closed_loop():
+    (case,) = [case for case in recorded.joints() if case.key == "KUKA KR300 axis 6"]
+    found = run_case(case, load_suite("recorded").controllers)
+    assert found[""] == {"row": "KUKA KR300 axis 6"}
+    assert found["closed loop"]["pi"] > 5.0
+    assert 0.0 < found["identify"]["unexplained"] < found["identify"]["validation"] + 0.2 < 0.5
+    first, second = found["adaptive"]["left"]
+    assert first < found["none"]["left"][0]
+    assert second < found["none"]["left"][1]
+    assert len(found["adaptive_saved"]["left"]) == 1
