@@ -41,6 +41,8 @@ def test_values_are_those_of_the_joint_and_lie_in_their_intervals(found):
         assert one.value == pytest.approx(true, rel=0.01)
         assert one.lower < one.value < one.upper
         assert one.half_width < 0.03
+    points = found.friction_points()
+    assert points["torque"] == pytest.approx(found.friction(points["velocity"]), abs=0.1)
 
 
 @pytest.mark.parametrize("seed", range(6))

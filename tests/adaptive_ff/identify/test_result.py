@@ -10,7 +10,7 @@ import pytest
 from synthetic_logs import make_log
 
 from adaptive_ff import InputError
-from adaptive_ff.identify.columns import Map, Shape
+from adaptive_ff.identify.columns import Map, Shape, lagged
 from adaptive_ff.identify.identification import _check_plausible
 from adaptive_ff.identify.regression import Fit, Model, Parameter
 from adaptive_ff.identify.result import CARE, GOOD, UNUSABLE, LogIdentification
@@ -40,6 +40,7 @@ def test_torque_model_and_friction_have_the_values_but_of_a_dip():
     assert found.given == ["friction_lag"]
     dips = identified(Shape(stribeck_velocity=0.2), stiction_excess=-1.0)
     assert list(dips.joint_parameters) == list(HEAVY)
+    assert lagged(np.ones(5), 0.01, 0.03) == pytest.approx(np.ones(5))
     assert Map((), 4).names == ("hat_2", "hat_3", "hat_4")
 
 
