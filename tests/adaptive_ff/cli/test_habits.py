@@ -138,17 +138,17 @@ def test_every_command_has_the_same_options(command):
     assert missing == []
 
 
-def printed_on_a_terminal(**environment):
-    """What a terminal of many colours is sent of a table with a highlighted row."""
+def printed_on_a_terminal(shown_table, **options):
+    """What a terminal of many colours is sent of a table."""
     stream = io.StringIO()
-    console = Printer(file=stream, force_terminal=True, _environ={"TERM": "xterm-256color", **environment})
-    console.show([table("", [["Mine"]], {"controller": None}, styles={"Mine": "bold cyan"})])
+    Printer(file=stream, force_terminal=True, **options).show([shown_table])
     return stream.getvalue()
 
 
 def test_no_color_is_heeded():
-    assert COLOUR.search(printed_on_a_terminal())
-    plain = printed_on_a_terminal(NO_COLOR="1")
+    highlighted, colours = table("", [["Mine"]], {"controller": None}, styles={"Mine": "bold cyan"}), "xterm-256color"
+    assert COLOUR.search(printed_on_a_terminal(highlighted, _environ={"TERM": colours}))
+    plain = printed_on_a_terminal(highlighted, _environ={"TERM": colours, "NO_COLOR": "1"})
     assert "Mine" in plain
     assert not COLOUR.search(plain)
 
@@ -163,10 +163,7 @@ def test_nothing_of_a_table_is_cut(tmp_path, scenario, without_pictures, columns
 @pytest.mark.parametrize("width", [20, 60, 120])
 def test_headings_break_on_a_terminal_and_numbers_do_not(width):
     columns = {"controller of the loop": None, "settled error of pi over own": ("", 8)}
-    stream = io.StringIO()
-    printer = Printer(file=stream, force_terminal=True, width=width, no_color=True)
-    printer.show([table("", [["adaptive_paper", 12345.678]], columns)])
-    text = stream.getvalue()
+    text = printed_on_a_terminal(table("", [["adaptive_paper", 12345.678]], columns), width=width, no_color=True)
     assert "…" not in text
     assert all(word in text for word in ("adaptive_paper", "12345.678", "controller", "settled"))
     lines = max(len(line) for line in re.sub(r"\x1b\[[0-9;]*m", "", text).splitlines())

@@ -41,11 +41,14 @@ def test_glitch_is_left_out_and_the_joint_is_identified_as_without_it(glitches, 
         assert found.value(name) == pytest.approx(true, rel=0.03)
 
 
-def test_time_and_value_of_the_first_glitch_are_said():
+def test_time_and_value_of_the_first_glitch_are_said_and_one_in_a_gap_that_cannot_be_bridged_is_kept():
     log = glitched(make_log(), torque=([4000, 6000], 500.0))
     kept, said = without_spikes(log)
     assert kept.time.size == 14998
     assert said[0].endswith(f"first at 8 s, where it is {log.torque[4000]:.3g}")
+    log = glitched(make_log(), position=([5000], 3.3))
+    rows = np.delete(np.arange(log.time.size), np.r_[4996:5000, 5001:5004])
+    assert without_spikes(log.part(rows))[1] == []
 
 
 def test_replay_leaves_the_glitch_out_too():
@@ -77,12 +80,6 @@ def test_jump_there_and_back_that_takes_longer_is_cut_on_both_sides():
     assert "the position jumps 2 times within one sample; the log is cut there" in found.cautions
     assert [skip[:2] for skip in found.data.skipped] == [(5000, 5000), (5000, 5010), (5010, 5010)]
     assert found.value("inertia") == pytest.approx(2.0, rel=0.03)
-
-
-def test_glitch_in_a_gap_that_cannot_be_bridged_is_kept():
-    log = glitched(make_log(), position=([5000], 3.3))
-    kept = np.delete(np.arange(log.time.size), np.r_[4996:5000, 5001:5004])
-    assert without_spikes(log.part(kept))[1] == []
 
 
 def loop_with_jumping_reference(period):

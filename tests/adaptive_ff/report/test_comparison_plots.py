@@ -91,7 +91,9 @@ def test_estimates_stand_in_bands_of_their_uncertainty(comparison, figures):
         assert 0.0 < end < np.max(run.uncertainties[name])
 
 
-def test_failed_writing_leaves_neither_the_picture_nor_a_part_of_it(comparison, tmp_path, monkeypatch):
+def test_without_runs_it_is_refused_and_failed_writing_leaves_no_part_of_a_picture(comparison, tmp_path, monkeypatch):
+    with pytest.raises(ValueError, match=r"comparison.runs is empty"):
+        plot_comparison(Comparison(SHORT, {}))
     (tmp_path / "tracking.png").write_bytes(b"older")
 
     def fail(*_):
@@ -207,11 +209,6 @@ def test_one_perfect_run_beside_another(comparison):
     rms = plot_comparison(Comparison(CHANGED, {"pi": run, "perfect": perfect}))["tracking"].axes[2]
     assert rms.get_yscale() == "log"
     assert 0.0 < rms.get_ylim()[0] < 1e3 * run.metrics.rms_error_settled < rms.get_ylim()[1]
-
-
-def test_comparison_without_runs_is_refused():
-    with pytest.raises(ValueError, match=r"comparison.runs is empty"):
-        plot_comparison(Comparison(SHORT, {}))
 
 
 def outcome(draw, adaptive, **own):

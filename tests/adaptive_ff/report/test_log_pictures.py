@@ -65,13 +65,10 @@ def test_friction_curve_is_the_identified_one(which, request):
         assert line.get_ydata() == pytest.approx(identified.friction(line.get_xdata()))
 
 
-def test_a_point_of_the_friction_curve_is_of_one_direction(found):
+def test_a_point_of_the_friction_curve_is_of_one_direction_and_gravity_not_drawn_as_friction(found, refined):
     points = found.friction_points(bins=31)
     assert np.sum(points["count"]) > 0.9 * found.data.velocity.size
     assert np.all(np.abs(points["torque"]) > 0.8 * found.friction(np.abs(points["velocity"])))
-
-
-def test_gravity_is_not_drawn_as_friction(refined):
     rows = next(line for line in refined.plot()["friction"].axes[0].get_lines() if line.get_xdata().size > 400)
     speeds, torques = rows.get_xdata(), rows.get_ydata()
     expected = np.sign(speeds) * (0.8 + 0.6 * np.exp(-np.abs(speeds) / 0.3)) + 0.5 * speeds
