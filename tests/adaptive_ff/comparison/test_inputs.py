@@ -55,15 +55,6 @@ def test_correction_is_seen_by_the_feedback_alone(name):
     assert found == pytest.approx(expected, abs=tolerance)
 
 
-def test_a_refused_step_changes_nothing():
-    controller = make("pi")
-    state = controller.state
-    for wrong in ({"correction": math.nan}, {"correction": math.inf}, {"inertia": 0.0}, {"inertia": math.nan}):
-        with pytest.raises(ValueError, match=f"^{min(wrong)} = .* is not allowed"):
-            controller.step(0.1, 0.0, **wrong)
-    assert controller.state == state
-
-
 STOPS = SCENARIO.modified(
     seed=101,
     duration=20.0,
