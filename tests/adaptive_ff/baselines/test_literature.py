@@ -1,27 +1,34 @@
-"""The baselines from the literature against their own equations, and on motions that they were made for."""
+"""The baselines from the literature against their own equations, and on motions and joints that they were made for."""
 
+import itertools
 import math
 
 import numpy as np
 import pytest
+from closed_loops import SCENARIO, build_setup, drive
+from plan_inputs import plan_inputs
 from scipy.integrate import solve_ivp
 
-from adaptive_ff.baselines.feedback_learning import FIRST, LearntFeedforward
+from adaptive_ff.baselines.feedback_learning import FIRST, FeedbackErrorLearning, LearntFeedforward
 from adaptive_ff.baselines.lee_tomizuka import zero_phase_torque
+from adaptive_ff.baselines.lugre_gradient import COULOMB, NAMES, STICTION, STIFFNESS, LuGreGradient, bend_in_place
 from adaptive_ff.baselines.lugre_observer import bent
+from adaptive_ff.friction.feedforward import FeedforwardState, step_feedforward
+from adaptive_ff.scenario.truth import true_model
 
-GAINS = (1256.0, 15_000.0)
+GAINS = SCENARIO.feedback.gains
+PERIOD = 0.01
 LEARNT = {"inertia": 20.0, "stribeck_velocity": 0.05}
 
 
-def plan(seconds, period=0.01):
+def plan(seconds):
     """A motion with a period of 2 s, known one sample ahead."""
-    time = period * np.arange(round(seconds / period) + 1)
+    time = PERIOD * np.arange(round(seconds / PERIOD) + 1)
     return 0.2 * np.sin(math.pi * time) + 0.1 * np.sin(3.0 * math.pi * time)
 
 
 def test_elements_are_stop_operators_of_the_planned_way():
-    controller = LearntFeedforward(*GAINS, 0.01, **LEARNT, reaches=[1e-3, 5e-3]).run_uncompiled()
+    controller = LearntFeedforward(*GAINS, PERIOD, **LEARNT, reaches=[1e-3, 5e-3]).run_uncompiled()
     reference, loads, way = plan(1.5), np.zeros(2), np.array([1e-3, 5e-3])
     for now, following in zip(reference[:-1].tolist(), reference[1:].tolist(), strict=True):
         controller.step(now, now, next_reference=following)
@@ -44,7 +51,7 @@ def test_weights_move_along_the_last_features_as_the_normalised_gradient_says():
     assert np.array_equal(controller.state.weights, held)
 
 
-def test_bristles_follow_their_differential_equation():
+def test_bristles_of_an_observer_follow_their_differential_equation():
     def slope(t, y):
         return [1e5 * (0.03 + 0.002) - 1e5 * 0.03 / 80.0 * y[0]]
 
@@ -52,9 +59,6 @@ def test_bristles_follow_their_differential_equation():
     assert bent(-30.0, 80.0, 1e5, 0.03, 0.002, 0.01) == pytest.approx(exact, rel=1e-8)
     assert bent(-30.0, 80.0, 1e5, 0.0, 0.002, 0.01) == pytest.approx(-28.0, rel=1e-12)
     assert bent(-30.0, 80.0, 1e9, 0.03, 0.0, 0.01) == pytest.approx(80.0, rel=1e-12)
-
-
-PERIOD = 0.01
 
 
 @pytest.mark.parametrize("delay", [0, 1, 3])
@@ -89,3 +93,91 @@ def test_inverse_times_the_joint_has_no_phase_at_low_frequency():
     velocity = torque * PERIOD / 20.0 / (shift - 1.0) * shift**-delay
     assert velocity == pytest.approx(1.0, abs=0.02)
     assert abs(np.angle(velocity)) < 2e-3
+
+
+def test_with_the_true_weights_its_feedforward_is_that_of_the_model():
+    """Oracle: the model. The lag acts on viscous friction there, which leaves ``sigma tau dw_ref/dt``."""
+    setup, model = build_setup(SCENARIO.modified(duration=6.0)), true_model(SCENARIO)._replace(viscous=0.0)
+    learning = FeedbackErrorLearning(*GAINS, PERIOD, **LEARNT, lags=[model.friction_lag / 2.0, model.friction_lag])
+    learning.state.weights[:3] = model.inertia, model.viscous, 0.0
+    learning.state.weights[5:7] = model.coulomb, model.stiction  # of the second lag
+    learning.enabled = False
+    found, _ = drive(learning, setup)
+    state, expected = FeedforwardState(), []
+    for reference, following in itertools.pairwise(setup.reference[setup.samples]):
+        torque, state = step_feedforward(model, state, plan_inputs(reference, following), PERIOD)
+        expected.append(torque)
+    assert found.feedforward[: len(expected)] == pytest.approx(expected, abs=1e-9)
+    assert np.ptp(found.feedforward) > 100.0
+
+
+def test_it_converges_to_the_inverse_model_of_a_joint_without_lag_and_the_feedback_torque_vanishes():
+    fast = {"sampling": {"period": 0.001}, "sensor": {"velocity_noise": 0.0}}
+    scenario = SCENARIO.modified(duration=120.0, joint={"friction_lag": 0.0}, **fast)
+    learning = FeedbackErrorLearning(*GAINS, 0.001, **LEARNT, lags=[0.0], rate=0.15 * GAINS[0] / 20.0)
+    record, _ = drive(learning, build_setup(scenario))
+    joint, found = scenario.joint, learning.estimates
+    assert found["inertia"] == pytest.approx(joint.inertia, rel=0.05)
+    assert found["coulomb"] == pytest.approx(joint.coulomb, rel=0.03)
+    assert found["stiction"] == pytest.approx(joint.stiction, rel=0.03)
+    assert found["viscous"] == pytest.approx(joint.viscous, rel=0.1)
+    assert found["friction_lag"] == 0.0
+    assert abs(found["offset"]) < 1.0
+    feedback = record.torque - record.feedforward
+    early, late = (np.sqrt(np.mean(feedback[part] ** 2)) for part in (slice(0, 5000), slice(-20_000, None)))
+    assert late < 0.05 * early
+
+
+@pytest.mark.parametrize("wrong", [{"lags": []}, {"lags": [-0.1]}, {"lags": [0.02, 0.01]}], ids=str)
+def test_wrong_values_are_refused_by_name(wrong):
+    with pytest.raises(ValueError, match=f"{next(iter(wrong))} = "):
+        FeedbackErrorLearning(*GAINS, PERIOD, **{**LEARNT, **wrong})
+
+
+TRUTH = np.array([22.0, 70.0, 4.0, 50.0, 80.0, 3e4])
+PLAN = plan(30.0)
+
+
+def frozen(parameters):
+    """A controller with given parameters that does not learn, in plain Python."""
+    controller = LuGreGradient(*GAINS, PERIOD, **LEARNT, stiffness=2e4, rate=25.0).run_uncompiled()
+    controller.state.parameters[:] = parameters
+    controller.enabled = False
+    return controller
+
+
+def velocities_along(controller, samples, inertia=20.0):
+    """Velocities of a mere inertia, whose held torque moves it exactly."""
+    velocity, velocities = 0.0, []
+    for now, following in zip(PLAN[:samples].tolist(), PLAN[1 : samples + 1].tolist(), strict=True):
+        velocities.append(velocity)
+        velocity += PERIOD / inertia * controller.step(now, velocity, next_reference=following)
+    return np.array(velocities)
+
+
+@pytest.mark.parametrize("place", range(len(NAMES)), ids=NAMES)
+def test_sensitivities_are_what_the_closed_loop_makes_of_a_parameter(place):
+    """The loop is linear around the feedforward: differences of its velocities are exact up to rounding."""
+    controller, change = frozen(TRUTH), 1e-4 * TRUTH[place]
+    velocities_along(controller, 150)
+    higher, lower = TRUTH.copy(), TRUTH.copy()
+    higher[place] += change
+    lower[place] -= change
+    differences = (velocities_along(frozen(higher), 151) - velocities_along(frozen(lower), 151)) / (2.0 * change)
+    assert controller.state.sensitivities[place] == pytest.approx(differences[-1], rel=1e-5)
+
+
+def test_bristles_of_the_gradient_follow_their_equation_and_stop_at_the_level():
+    controller = frozen(TRUTH)
+    adhesion = math.exp(-0.1 / 0.05)
+    level = 50.0 + 30.0 * adhesion
+    torque = bend_in_place(controller.parameters, controller.state, -0.1, adhesion)
+    assert torque == pytest.approx(-level * (1.0 - math.exp(-3e4 * 1e-3 / level)), rel=1e-12)
+    controller.state = controller.state._replace(bristles=torque)
+    for _ in range(100):
+        torque = bend_in_place(controller.parameters, controller.state, -0.1, adhesion)
+        controller.state = controller.state._replace(bristles=torque)
+    assert controller.state.bristles == pytest.approx(-level, rel=1e-9)
+    assert controller.state.slopes[COULOMB] == pytest.approx(adhesion - 1.0, rel=1e-6)
+    assert controller.state.slopes[STICTION] == pytest.approx(-adhesion, rel=1e-6)
+    assert abs(controller.state.slopes[STIFFNESS]) < 1e-9
