@@ -90,18 +90,14 @@ def differences(browser, scenario):
     return found, runs
 
 
-def test_it_is_small_says_its_version_and_asks_for_nothing(browser, page):
+def test_it_is_small_says_its_version_asks_for_nothing_and_its_series_are_those_of_compare(browser, page):
     assert page.stat().st_size < 1.5e6
     opened(browser, page)
     assert browser.noted == []
-    assert "adaptive-ff 0" in browser.evaluate("document.querySelector('footer').textContent")
-    assert "commit" in browser.evaluate("document.querySelector('footer').textContent")
-
-
-def test_series_of_the_built_in_scenario_are_those_of_compare(browser, page):
-    opened(browser, page)
+    footer = browser.evaluate("document.querySelector('footer').textContent")
+    assert "adaptive-ff 0" in footer
+    assert "commit" in footer
     found, _ = differences(browser, load_scenario())
-    print(max(found.items(), key=lambda item: item[1]))
     assert len(found) > 20
     assert max(found.values()) < ROUNDING, found
 
@@ -114,8 +110,6 @@ MOVED = {
     "servo": ("sine", {"Coulomb friction": 8, "friction lag": 9, "encoder": 5, "bandwidth": 12}),
     "belt axis": ("point to point", {"mass": 3, "Coulomb friction": 14, "load step": 3}),
 }
-
-
 MACHINES = [(1, "robot joint"), *(pytest.param(3, name, marks=pytest.mark.nightly) for name in MOVED)]
 
 

@@ -15,6 +15,7 @@ from adaptive_ff.scenario.file import to_toml
 from adaptive_ff.scenario.library import SCENARIOS
 from adaptive_ff.scenario.scenario import parse_scenario
 from adaptive_ff.studies import sweep as studies
+from controllers import PI
 from plant import JointModel, whole_multiple
 
 SHORT = load_scenario().modified(duration=4.0, sweep={"velocity_noise": [0.0, 0.001]})
@@ -129,27 +130,22 @@ def test_joints_of_every_kind_are_drawn(name, one_thread):
         assert backward.stiction / forward.stiction == pytest.approx(before, rel=1e-12)
 
 
-class Half:
+def half(proportional, period):
     """Half of PI's proportional gain."""
-
-    def __init__(self, proportional):
-        self.gain = 0.5 * proportional
-
-    def step(self, reference, velocity):
-        return self.gain * (reference - velocity)
+    return PI(0.5 * proportional, 0.0, period)
 
 
 def test_own_controller_is_run_on_every_joint_and_summed_up(one_thread):
-    found = studies.sweep(SHORT, 2, seed=5, own={"half": Half}, executor=one_thread)
+    found = studies.sweep(SHORT, 2, seed=5, own={"half": half}, executor=one_thread)
     drawn = studies.draw_scenario(SHORT, 5, 1)
-    alone = simulate(drawn, Half(drawn.feedback.gains[0]))
+    alone = simulate(drawn, half(drawn.feedback.gains[0], drawn.sampling.period))
     assert found[1].metrics["half"] == alone.metrics
     own = studies.summary(found, 5)["own"]["half"]
     assert own["failed"] == 0
     ratios = sorted(one.ratio("rms_error_settled", "pi", "half") for one in found)
     assert [own["improvement"]["0.0"], own["improvement"]["1.0"]] == pytest.approx(ratios)
     with pytest.raises(InputError, match="'pi' is not allowed"):
-        studies.sweep(SHORT, 2, own={"pi": Half})
+        studies.sweep(SHORT, 2, own={"pi": half})
 
 
 def test_rival_of_the_package_is_run_on_every_joint_and_kept(tmp_path, one_thread):

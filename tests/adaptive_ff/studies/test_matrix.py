@@ -60,10 +60,7 @@ def test_every_scenario_is_in_one_group_and_valid():
 
 
 def test_scenarios_differ_in_what_their_names_say():
-    def load(name):
-        return load_scenario(SCENARIOS / f"{name}.toml")
-
-    built_in = load_scenario()
+    load, built_in = load_scenario, load_scenario()
     same, assumed = load("paper_100hz").model_dump(), built_in.model_dump()
     apart = {"fixed": None, "reference": None}  # the peak of the reference is a default there
     assert {**same, **apart} == {**assumed, **apart}
