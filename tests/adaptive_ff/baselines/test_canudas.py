@@ -14,8 +14,6 @@ PERIOD = 0.01
 TRUE = np.array([17.0, 40.0, 65.0, 90.0, 50.0])
 """Inertia, Coulomb friction forwards and backwards, viscous friction forwards and backwards."""
 
-DIRECTED = pytest.mark.parametrize("controller", [CanudasController, CanudasMeasuredController])
-
 
 def discrete_friction(velocity):
     _, forwards, backwards, slope_forwards, slope_backwards = TRUE
@@ -46,7 +44,7 @@ def estimates_of(controller):
     return np.array(list(controller.estimates.values()))
 
 
-@DIRECTED
+@pytest.mark.parametrize("controller", [CanudasController, CanudasMeasuredController])
 def test_friction_of_each_direction_is_identified_from_the_discrete_model(controller):
     joint = controller(*GAINS, PERIOD, inertia=20.0, dead_zone=0.01, memory=3.0)
     watch_joint(joint, *discrete_joint(4000, seed=1))

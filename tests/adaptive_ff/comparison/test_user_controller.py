@@ -15,6 +15,7 @@ from adaptive_ff.comparison.own import OFFERED, load_own, make_own
 from controllers import PI
 
 SHORT = SCENARIO.modified(duration=4.0, controllers=["pi", "oracle"])
+GAIN = SHORT.feedback.gains[0]
 
 
 class Proportional:
@@ -30,9 +31,8 @@ class Proportional:
 
 
 def test_own_proportional_loop_is_the_pi_loop_without_integral():
-    gain = SHORT.feedback.gains[0]
-    own = simulate(SHORT, Proportional(gain))
-    expected = simulate(SHORT, PI(gain, 0.0, SHORT.sampling.period))
+    own = simulate(SHORT, Proportional(GAIN))
+    expected = simulate(SHORT, PI(GAIN, 0.0, SHORT.sampling.period))
     assert np.ptp(expected.torque) > 100.0
     assert own.torque == pytest.approx(expected.torque, rel=1e-12, abs=1e-12)
     assert own.velocity == pytest.approx(expected.velocity, rel=1e-12, abs=1e-15)
@@ -68,9 +68,8 @@ def test_own_controller_is_given_only_what_its_step_accepts():
         def step(self, reference, velocity):
             return self.gain * (reference - velocity)
 
-    gain = SHORT.feedback.gains[0]
-    assert np.array_equal(simulate(SHORT, Least(gain)).torque, simulate(SHORT, Proportional(gain)).torque)
-    recording = Recording(gain)
+    assert np.array_equal(simulate(SHORT, Least(GAIN)).torque, simulate(SHORT, Proportional(GAIN)).torque)
+    recording = Recording(GAIN)
     simulate(SHORT, recording)
     others = recording.given[7][1]
     assert (others["correction"], others["inertia"]) == (0.0, None)
@@ -93,7 +92,6 @@ def test_position_is_the_true_one_rounded_or_the_reading_of_the_encoder():
 
 
 def test_own_controller_stands_beside_the_others_in_a_comparison():
-    gain = SHORT.feedback.gains[0]
     seen = []
 
     def make(scenario):
@@ -103,7 +101,7 @@ def test_own_controller_stands_beside_the_others_in_a_comparison():
     comparison = compare(SHORT, own={"mine": make})
     assert list(comparison.runs) == ["pi", "oracle", "mine"]
     assert seen == [SHORT]
-    alone = simulate(SHORT, Proportional(gain))
+    alone = simulate(SHORT, Proportional(GAIN))
     assert np.array_equal(comparison.runs["mine"].torque, alone.torque)
     result = comparison.to_dict()
     assert result["controllers"]["mine"] == vars(alone.metrics)
@@ -154,13 +152,9 @@ def test_class_gets_the_gains_and_its_feedforward_and_estimates_are_recorded():
 def test_factory_is_given_what_its_arguments_are_called(factory, expected):
     made = []
 
-    class Seen(Proportional):
-        def __init__(self):
-            super().__init__(1.0)
-
     def wrapped(*arguments, **named):
         made.append(factory(*arguments, **named))
-        return Seen()
+        return Proportional(1.0)
 
     wrapped.__signature__ = inspect.signature(factory)
     make_own("mine", wrapped, SHORT)

@@ -1,13 +1,15 @@
-"""Scenarios: the built-in one, what fields have to do with each other, those that are derived or cannot be read."""
+"""Scenarios: the built-in one, those of the package by name, fields beside each other, derived and unreadable ones."""
 
 import math
 import re
 
 import numpy as np
 import pytest
+from command_line import refusal, run_command_line
 from scenario_files import REMOVED, built_in, changed, refused, short, to_toml, write_scenario
 
 from adaptive_ff import InputError, Scenario, TorqueModel, load_scenario, parse_scenario
+from adaptive_ff.scenario.library import SCENARIOS, scenario_names, scenario_title
 from adaptive_ff.scenario.reference import Multisine, Recorded
 
 MAIN_JOB = ["pi", "fixed", "oracle", "adaptive_paper", "adaptive"]
@@ -51,7 +53,7 @@ def write_motion(path):
     return {"kind": "csv", "path": str(path)}
 
 
-def refusal(folder, content):
+def refusal_of(folder, content):
     return refused(f"{folder / 'scenario.toml'}: ", load, folder, content)
 
 
@@ -98,20 +100,20 @@ def test_feedback_takes_a_bandwidth_or_both_gains(tmp_path):
     gains = {"inertia": 20.0, "proportional": 5000.0, "integral": 0.0}  # faster than the design allows: not checked
     assert load(tmp_path, {**built_in(), "feedback": gains}).feedback.gains == (5000.0, 0.0)
     for taken in ("proportional", "integral"):
-        message = refusal(tmp_path, changed({**built_in(), "feedback": gains}, f"feedback.{taken}", REMOVED))
+        message = refusal_of(tmp_path, changed({**built_in(), "feedback": gains}, f"feedback.{taken}", REMOVED))
         assert message == "feedback: bandwidth is missing; give it, or both proportional and integral"
-        message = refusal(tmp_path, changed(built_in(), f"feedback.{taken}", 100.0))
+        message = refusal_of(tmp_path, changed(built_in(), f"feedback.{taken}", 100.0))
         assert message == "feedback: bandwidth = 10 is given beside gains; give it or both gains, not both"
 
 
 @pytest.mark.parametrize("period", [0.001, 0.01, 0.022])
 def test_bandwidth_that_the_design_refuses_is_answered_with_one_that_it_accepts(tmp_path, period):
     content = changed(changed(built_in(), "sampling.period", period), "feedback.bandwidth", 400.0)
-    message = refusal(tmp_path, content)
+    message = refusal_of(tmp_path, content)
     assert message.startswith(f"feedback.bandwidth = 400 Hz is not allowed: with a period of {period:g} s")
     named = float(re.search(r"at most (\S+) Hz", message)[1])
     assert load(tmp_path, changed(content, "feedback.bandwidth", named)).feedback.bandwidth == named
-    assert "is not allowed" in refusal(tmp_path, changed(content, "feedback.bandwidth", 1.001 * named))
+    assert "is not allowed" in refusal_of(tmp_path, changed(content, "feedback.bandwidth", 1.001 * named))
 
 
 @pytest.mark.parametrize(
@@ -273,3 +275,30 @@ def test_modified_merges_into_a_joint_of_the_same_kind_and_replaces_one_of_anoth
     said = r"joint\.inertia, joint\.coulomb, joint\.stiction, joint\.viscous and .* are missing"
     with pytest.raises(InputError, match=said):
         scenario.modified(joint={"kind": "lugre", "stiffness": 1e5})
+
+
+def test_a_scenario_is_found_by_its_name():
+    assert load_scenario("encoder") == load_scenario(SCENARIOS / "encoder.toml")
+    assert load_scenario("triangle").reference_velocity().size > 0  # its recorded reference lies beside it
+
+
+def test_a_file_of_that_name_comes_first(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "encoder").write_text((SCENARIOS / "delay.toml").read_text())
+    assert load_scenario("encoder") == load_scenario("delay")
+    with pytest.raises(InputError, match="no_such"):
+        load_scenario("no_such")
+
+
+def test_every_scenario_says_in_a_line_what_it_is():
+    assert [name for name in scenario_names() if not 10 < len(scenario_title(name)) < 130] == []
+
+
+def test_command_lists_them_and_every_command_takes_their_names():
+    outcome = run_command_line("scenarios")
+    assert outcome.status == 0
+    listed = [line for line in outcome.out.splitlines() if line.startswith("  ")]
+    assert sorted(name for line in listed for name in line.strip().rstrip(",").split(", ")) == scenario_names()
+    described = run_command_line("scenarios", "steep_2").out.splitlines()
+    assert described == [f"{name:8}  {scenario_title(name)}" for name in ("steep_2", "steep_20")]
+    assert "TEXT = 'nothing' is in no scenario" in refusal("scenarios", "nothing")

@@ -25,16 +25,13 @@ def test_behind_a_position_loop_the_error_is_that_of_the_position():
     assert found.settled < 0.2 * rms((run.reference - run.velocity)[17_000:])
 
 
-def test_first_draw_is_the_scenario_itself_and_the_others_differ_in_noise_alone():
+def test_first_draw_is_the_scenario_itself_and_the_others_differ_in_noise_where_there_is_any():
     own, *others = noisy_setups(SCENARIO, 3)
     assert np.array_equal(own.noise, SCENARIO.noise())
     assert all(np.array_equal(setup.reference, own.reference) for setup in others)
     noises = np.array([own.noise, *(setup.noise for setup in others)])
     assert np.std(noises, axis=1) == pytest.approx(0.002, rel=0.05)
     assert np.max(np.abs(np.corrcoef(noises) - np.eye(3))) < 0.1
-
-
-def test_without_noise_there_is_one_draw():
     assert len(list(noisy_setups(SCENARIO.modified(sensor={"velocity_noise": 0.0}), 5))) == 1
 
 
