@@ -78,11 +78,15 @@ def test_gains_give_way_to_a_bandwidth():
     assert own_bandwidth.with_bandwidth(gains, 3.0).feedback.gains == pi_gains(20.0, 3.0)
 
 
-def test_auto_gives_each_controller_its_own_best_bandwidth():
-    found = compare(AUTO)
+def test_auto_gives_each_controller_its_own_best_bandwidth_and_own_ones_the_loop_that_suits_pi():
+    def mine(proportional, integral, period):
+        return PI(proportional, integral, period)
+
+    found = compare(AUTO, own={"mine": mine})
     expected = {name: own_bandwidth.find_own_bandwidth(SHORT, CONTROLLERS[name]).best for name in ("pi", "adaptive")}
-    assert found.bandwidths == expected
-    assert found.to_dict()["bandwidths"] == expected
+    assert found.bandwidths == {**expected, "mine": expected["pi"]}
+    assert found.to_dict()["bandwidths"] == found.bandwidths
+    assert found.runs["mine"].metrics == found.runs["pi"].metrics
     assert found.to_dict()["scenario"]["feedback"]["bandwidth"] == "auto"
     alone = simulate(AUTO, "pi")
     assert alone.metrics == found.runs["pi"].metrics
@@ -90,15 +94,6 @@ def test_auto_gives_each_controller_its_own_best_bandwidth():
     assert make_controller(AUTO, "pi").parameters.proportional == pi_gains(20.0, expected["pi"])[0]
     assert compare(SHORT.modified(controllers=["pi"])).bandwidths == {}
     assert loop_of(SHORT, "pi") is SHORT
-
-
-def test_own_controllers_are_given_the_loop_that_suits_pi():
-    def mine(proportional, integral, period):
-        return PI(proportional, integral, period)
-
-    found = compare(AUTO.modified(controllers=["pi"]), own={"mine": mine})
-    assert found.bandwidths["mine"] == found.bandwidths["pi"]
-    assert found.runs["mine"].metrics == found.runs["pi"].metrics
 
 
 def test_where_one_bandwidth_is_needed_auto_is_refused_and_other_words_always_are():

@@ -39,7 +39,7 @@ def test_what_is_no_scenario_is_refused_with_what_makes_one(call, given):
     )
 
 
-def test_tables_in_the_place_of_a_file_and_pictures_without_a_path_are_refused(comparison):
+def test_tables_in_the_place_of_a_file_and_places_that_take_no_pictures_are_refused(comparison, tmp_path):
     said = r"^path = \{'duration': 1.0\} is not allowed: it must be a path; parse_scenario"
     with pytest.raises(TypeError, match=said):
         load_scenario({"duration": 1.0})
@@ -47,9 +47,6 @@ def test_tables_in_the_place_of_a_file_and_pictures_without_a_path_are_refused(c
         comparison.plot(b"pictures")
     with pytest.raises(TypeError, match=r"path = 5 is not allowed: it must be a path"):
         comparison.runs["pi"].plot(5)
-
-
-def test_places_that_take_no_pictures_are_refused(comparison, tmp_path):
     file = tmp_path / "result.json"
     file.write_text("{}")
     with pytest.raises(InputError, match=r"result.json/tracking.png: cannot be written: Not a directory"):

@@ -14,7 +14,6 @@ from adaptive_ff.comparison.own_bandwidth import TUNING_SEEDS
 from adaptive_ff.comparison.registry import CONTROLLERS, FIXED, balance, suitable_lag
 from adaptive_ff.comparison.run import frictionless, noise_floor
 from adaptive_ff.friction.model import model_friction
-from adaptive_ff.scenario.library import SCENARIOS
 from adaptive_ff.scenario.truth import true_model
 from adaptive_ff.simulation.metrics import rms
 from controllers import DisturbanceObserver, ExtendedState, KalmanDisturbance
@@ -148,7 +147,7 @@ def test_balance_is_the_bandwidth_of_the_kalman_filter_of_the_stated_walk():
     "name", ["asymmetric", "lugre", "elastic", "gravity_100", "load_step_80", "warm_up", "backlash"]
 )
 def test_joint_of_the_floor_has_no_friction_load_or_gravity_and_the_same_loop(name):
-    scenario = load_scenario(SCENARIOS / f"{name}.toml")
+    scenario = load_scenario(name)
     plain = frictionless(scenario)
     for curve in (plain.joint.friction, plain.joint.friction_backward):
         assert curve[:3] == (0.0, 0.0, 0.0)

@@ -34,7 +34,7 @@ def test_every_data_sheet_gives_a_scenario_without_warnings(name, rate):
         assert "=" not in line or "#" in line or line.startswith(("axis", "inertia", "coulomb", "viscous"))
 
 
-def test_command_prints_a_file_that_is_read_again(tmp_path):
+def test_command_prints_a_file_that_is_read_again():
     outcome = run_command_line("new", "--inertia", "2e-4", "--torque", "1.3", "--speed", "314")
     assert (outcome.status, outcome.err) == (0, "")
     assert outcome.out == new_scenario_text(2e-4, 1.3, 314.0)

@@ -25,7 +25,7 @@ def commissioned(tmp_path_factory):
     return folder / "out", outcome, scenario
 
 
-def test_everything_is_written_and_said(commissioned):
+def test_everything_is_written_and_said_and_the_identified_joint_is_near_the_true_one(commissioned):
     folder, outcome, _ = commissioned
     assert outcome.status == 0, outcome.err
     names = {path.name for path in folder.iterdir()}
@@ -33,10 +33,7 @@ def test_everything_is_written_and_said(commissioned):
     assert names >= {"commission.json", "tune.png", "report.html"}
     assert "On the simulated joint: settled rms error" in outcome.out
     assert "give the log with --log" in outcome.out
-
-
-def test_identified_joint_is_near_the_true_one(commissioned):
-    found = load_scenario(commissioned[0] / "scenario.toml")
+    found = load_scenario(folder / "scenario.toml")
     assert found.joint.inertia == pytest.approx(20.0, rel=0.1)
     assert found.joint.coulomb == pytest.approx(60.0, rel=0.15)
     assert found.joint.viscous == pytest.approx(80.0, rel=0.2)

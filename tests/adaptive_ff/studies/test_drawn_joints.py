@@ -12,7 +12,6 @@ from scenario_files import write_scenario
 from adaptive_ff import InputError, load_scenario
 from adaptive_ff.comparison.run import simulate
 from adaptive_ff.scenario.file import to_toml
-from adaptive_ff.scenario.library import SCENARIOS
 from adaptive_ff.scenario.scenario import parse_scenario
 from adaptive_ff.studies import sweep as studies
 from controllers import PI
@@ -117,7 +116,7 @@ def test_bad_input_is_refused(tmp_path):
 
 @pytest.mark.parametrize("name", ["asymmetric", "lugre", "elastic", "backlash", "maxwell", "rolling", "elasto_plastic"])
 def test_joints_of_every_kind_are_drawn(name, one_thread):
-    scenario = load_scenario(SCENARIOS / f"{name}.toml").modified(duration=5.0)
+    scenario = load_scenario(name).modified(duration=5.0)
     outcomes = studies.sweep(scenario, 6, 101, executor=one_thread)
     ran = [outcome for outcome in outcomes if not outcome.refused]
     assert ran
