@@ -231,27 +231,30 @@ def test_table_and_picture_show_own_controllers(short, tmp_path):
     assert groups == {"own": ["mine"], "ours": ["adaptive"], "learners": ["canudas"], "knows the truth": ["oracle"]}
 
 
-def test_matrix_command_writes_tables_pictures_and_runs(short, mine, tmp_path):
+@pytest.mark.parametrize(
+    ("option", "own", "loops"), [("--fastest", [], ["own", "fastest"]), ("--own", ["Mine"], ["own"])]
+)
+def test_matrix_command_writes_tables_pictures_and_runs(short, mine, tmp_path, option, own, loops):
     out = tmp_path / "out"
-    words = ["matrix", "--only", "paper_100hz", "--seeds", "1", "--fastest", "--controller", "oracle"]
-    words += ["--controller", "adaptive", "--own", f"{mine}:Mine", "--out", out, "--json", tmp_path / "all.json"]
+    words = ["matrix", "--only", "paper_100hz", "--seeds", "1", "--controller", "oracle", "--controller", "adaptive"]
+    words += [option, *(f"{mine}:{name}" for name in own), "--out", out, "--json", tmp_path / "all.json"]
     outcome = run_command_line(*words)
     assert outcome.status == 0, outcome
-    assert "Mine" in outcome.out
-    assert "paper_100hz" in outcome.out
+    assert all(name in outcome.out for name in ("paper_100hz", *own))
     rows = json.loads((tmp_path / "all.json").read_text(encoding="utf-8"))["runs"]
-    names = ("pi", "oracle", "adaptive", "Mine")
-    assert [row["controller"] for row in rows if not row["fastest"]] == list(names)
-    assert {(row["controller"], row["fastest"]) for row in rows} == {
-        (name, fast) for name in names for fast in (False, True)
-    }
+    names = ["pi", "oracle", "adaptive", *own]
+    expected = [(name, loop == "fastest") for loop in loops for name in names]
+    assert [(row["controller"], row["fastest"]) for row in rows] == expected
     assert all(math.isfinite(row["rms_error_settled"]) for row in rows)
     assert "| paper_100hz |" in (out / "matrix.md").read_text(encoding="utf-8")
-    for name in ("matrix_own_loop.png", "matrix_fastest_loop.png", "runs.csv"):
+    for name in (*(f"matrix_{loop}_loop.png" for loop in loops), "runs.csv"):
         assert (out / name).stat().st_size > 500
     reproduced = load_scenario(out / "scenarios" / "paper_100hz-own-1.toml")
-    own = next(row for row in rows if row["controller"] == "adaptive" and not row["fastest"])
-    assert simulate(reproduced, "adaptive").metrics.rms_error_settled == own["rms_error_settled"]
+    adaptive = rows[names.index("adaptive")]
+    assert simulate(reproduced, "adaptive").metrics.rms_error_settled == adaptive["rms_error_settled"]
+
+
+def test_matrix_command_refuses_names_and_places_that_it_cannot_use(short, mine):
     assert "'nothing' is not known; there are friction_drops, paper_100hz" in refusal("matrix", "--only", "nothing")
     assert "--controller: 'nothing' is not known" in refusal("matrix", "--controller", "nothing")
     line = refusal("matrix", "--controller", "pi", "--seeds", "1", "--out", mine)
