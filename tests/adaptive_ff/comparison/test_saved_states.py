@@ -2,6 +2,7 @@
 
 import json
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -35,13 +36,12 @@ def test_state_saved_in_mid_run_goes_on_bit_for_bit_in_a_new_controller(name):
     torques = own_loop(first, setup, watch=save)
     inputs = []
 
-    class Spy:
-        def step(self, reference, velocity, **others):
-            inputs.append((reference, velocity, others))
-            return first.step(reference, velocity, **others)
+    def noted_step(reference, velocity, **others):
+        inputs.append((reference, velocity, others))
+        return first.step(reference, velocity, **others)
 
     first.reset()
-    assert np.array_equal(own_loop(Spy(), setup), torques)
+    assert np.array_equal(own_loop(SimpleNamespace(step=noted_step), setup), torques)
     second.state_from_json(saved["text"])
     assert second.state_to_json() == saved["text"]
     found = [second.step(reference, velocity, **others) for reference, velocity, others in inputs[middle:]]
