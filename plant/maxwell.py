@@ -168,11 +168,11 @@ def step_maxwell(joint: MaxwellParameters, state: MaxwellState, torque: float, p
     speed = way * pull
     if speed < math.inf:  # not a number stays so
         speed = element_speed(curve, elements, mobility, speed, way * state.velocity)
-    level, rise = yield_torque(curve, speed)
-    after_1, _, slips_1 = element_torque(elements[0], speed, level, rise / speed)
-    after_2, _, slips_2 = element_torque(elements[1], speed, level, rise / speed)
-    after_3, _, slips_3 = element_torque(elements[2], speed, level, rise / speed)
-    after_4, _, slips_4 = element_torque(elements[3], speed, level, rise / speed)
+    level, _ = yield_torque(curve, speed)
+    after_1, _, slips_1 = element_torque(elements[0], speed, level, 0.0)
+    after_2, _, slips_2 = element_torque(elements[1], speed, level, 0.0)
+    after_3, _, slips_3 = element_torque(elements[2], speed, level, 0.0)
+    after_4, _, slips_4 = element_torque(elements[3], speed, level, 0.0)
     friction_torque = way * (after_1 + after_2 + after_3 + after_4 + curve.viscous * speed)
     return MaxwellState(
         velocity=way * speed,

@@ -4,8 +4,8 @@ import math
 from functools import cache
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.linalg import solve_discrete_are
 
 from controllers.checks import check_positive
 
@@ -13,7 +13,7 @@ from controllers.checks import check_positive
 def stationary_gain(transition: NDArray[np.float64], process_noise: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the stationary gain of a filter that measures the first state with a variance of 1."""
     try:
-        covariance = solve_discrete_are(transition.T, np.eye(len(transition), 1), process_noise, np.eye(1))
+        covariance = scipy.linalg.solve_discrete_are(transition.T, np.eye(len(transition), 1), process_noise, np.eye(1))
     except np.linalg.LinAlgError as error:
         raise ValueError(f"process noise and that of the measurement are too far apart: {error}") from error
     return np.asarray(covariance[:, 0] / (covariance[0, 0] + 1.0))
