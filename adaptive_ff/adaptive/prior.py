@@ -124,8 +124,8 @@ def default_prior(
     lowest[-1], highest[-1] = mean[-1] - reach, mean[-1] + reach
     covariance = np.diag(deviation**2)
     places = np.arange(COULOMB, PATHS + paths)
-    fractions = np.full(1 + paths, (1.0 - tuning.slip_fraction) / max(paths, 1))
-    fractions[0] = tuning.slip_fraction if paths else 1.0
+    fractions = np.full(1 + paths, (1.0 - tuning.slip_fraction) / paths)
+    fractions[0] = tuning.slip_fraction
     covariance[np.ix_(places, places)] = friction_covariance(fractions, 1.0, tuning.spread, tuning.excess)
     return Prior(mean, packed(covariance), scaled, lowest, highest)
 
@@ -198,7 +198,7 @@ def model_prior(
             covariance[place, place] = max(spread[name], tuning.least_deviation * units[name]) ** 2
     paths = hypothesis.distances.size
     places = np.arange(COULOMB, PATHS + paths)
-    fractions = split_over_paths(hypothesis.distances, known.get("presliding", 0.0))
+    fractions = split_over_paths(hypothesis.distances, known["presliding"])
     coulomb, stiction = known["coulomb"], known["stiction"]
     mean[COULOMB], mean[PATHS : PATHS + paths] = coulomb * fractions[0], coulomb * fractions[1:]
     mean[STICTION] = max(stiction - coulomb * (1.0 - fractions[0]), 0.0)
@@ -211,7 +211,7 @@ def model_prior(
     mean[-2] = math.log(max(lag, least))
     relative = min(tuning.lag_deviation, spread["friction_lag"] / max(lag, least))
     covariance[-2, -2] = max(tuning.least_deviation, relative) ** 2
-    if known.get("stribeck_velocity", 0.0) > 0.0:
+    if known["stribeck_velocity"] > 0.0:
         mean[-1] = min(max(math.log(known["stribeck_velocity"]), prior.lowest[-1]), prior.highest[-1])
     return Prior(mean, packed(covariance), scaled, prior.lowest, prior.highest)
 
