@@ -3,7 +3,7 @@
 import math
 from collections.abc import Sequence
 from statistics import NormalDist
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from adaptive_ff.errors import InputError, check_positive
 from adaptive_ff.friction.identifying import ALL_CHOICES, check_parameters
@@ -16,9 +16,7 @@ from adaptive_ff.friction.model import (
     TorqueModel,
 )
 from adaptive_ff.identify.columns import ASYMMETRY
-
-if TYPE_CHECKING:
-    from adaptive_ff.identify.result import LogIdentification
+from adaptive_ff.identify.joint import IdentifiedJoint
 
 REPORTED_AS = dict(zip(GRAVITY, ("gravity_sine", "gravity_cosine"), strict=True))
 """Names in an identification of what controllers call otherwise."""
@@ -33,7 +31,7 @@ LARGEST_FRACTION = 0.9
 """Largest fraction by which friction varies over the position."""
 
 
-def torque_model(found: "LogIdentification", torque_constant: float | None = None) -> TorqueModel:
+def torque_model(found: IdentifiedJoint, torque_constant: float | None = None) -> TorqueModel:
     """Return the best model as the torque model of a controller; ``torque_constant`` (N m/A) of a current.
 
     Raises
@@ -63,7 +61,7 @@ def torque_model(found: "LogIdentification", torque_constant: float | None = Non
 
 
 def first_estimate(
-    found: "LogIdentification", torque_constant: float | None = None, parameters: Sequence[str] | None = None
+    found: IdentifiedJoint, torque_constant: float | None = None, parameters: Sequence[str] | None = None
 ) -> dict[str, Any]:
     """Return what an adaptive controller begins with: arguments of ``AdaptiveController`` beside gains and period.
 
@@ -72,7 +70,7 @@ def first_estimate(
 
     Parameters
     ----------
-    found : LogIdentification
+    found : IdentifiedJoint
         The joint.
     torque_constant : float, optional
         N m/A (N/A), where the log has a current.
@@ -105,7 +103,7 @@ def first_estimate(
     }
 
 
-def _over_position(found: "LogIdentification") -> dict[str, Any]:
+def _over_position(found: IdentifiedJoint) -> dict[str, Any]:
     """Return the arguments of friction that depends on position, over Coulomb friction; none where it does not."""
     place, coulomb = found.data.place, found.value("coulomb")
     if not any(f"friction_{name}" in found.best.values for name in place.names) or coulomb <= 0.0:
@@ -121,13 +119,13 @@ def _over_position(found: "LogIdentification") -> dict[str, Any]:
     }
 
 
-def _suiting(found: "LogIdentification") -> tuple[str, ...]:
+def _suiting(found: IdentifiedJoint) -> tuple[str, ...]:
     if found.value(ASYMMETRY) != 0.0:
         return PER_DIRECTION if found.linear else PER_DIRECTION_WITH_GRAVITY
     return WITH_OFFSET if found.linear else WITH_GRAVITY
 
 
-def _torque_scale(found: "LogIdentification", torque_constant: float | None) -> float:
+def _torque_scale(found: IdentifiedJoint, torque_constant: float | None) -> float:
     """Return the factor from the log's torque to N m (N)."""
     is_current = found.units["torque"] == "A"
     if torque_constant is None:

@@ -14,14 +14,11 @@ the gear ratio alone. No engine has a Stribeck curve behind a lag; static fricti
 """
 
 import math
-from typing import TYPE_CHECKING
 
 from adaptive_ff.errors import InputError, check_positive
 from adaptive_ff.files import template
 from adaptive_ff.identify.first_estimate import torque_model
-
-if TYPE_CHECKING:
-    from adaptive_ff.identify.result import LogIdentification
+from adaptive_ff.identify.joint import IdentifiedJoint
 
 EARTH = 9.81
 """Acceleration of gravity, m/s^2."""
@@ -37,12 +34,12 @@ ENDINGS = {"mjcf": "joint.xml", "urdf": "joint.urdf", "isaac": "joint_isaac.py",
 """Names of the files that are written, and of their templates, by the simulator."""
 
 
-def simulator_text(found: "LogIdentification", kind: str, *, gear_ratio: float = 1.0) -> str:
+def simulator_text(found: IdentifiedJoint, kind: str, *, gear_ratio: float = 1.0) -> str:
     """Return the joint as a file of a simulator, with what this cannot express as a comment.
 
     Parameters
     ----------
-    found : LogIdentification
+    found : IdentifiedJoint
         The joint.
     kind : str
         ``mjcf``, ``urdf``, ``isaac`` or ``drake``.
@@ -72,7 +69,7 @@ def simulator_text(found: "LogIdentification", kind: str, *, gear_ratio: float =
     )
 
 
-def _not_expressed(found: "LogIdentification", joint: dict[str, float], kind: str) -> list[str]:
+def _not_expressed(found: IdentifiedJoint, joint: dict[str, float], kind: str) -> list[str]:
     """Return what the joint has and the engines have not."""
     lost = []
     if joint["stiction"] > joint["coulomb"]:

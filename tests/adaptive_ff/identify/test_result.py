@@ -12,8 +12,9 @@ from synthetic_logs import make_log
 from adaptive_ff import InputError
 from adaptive_ff.identify.columns import Map, Shape, lagged
 from adaptive_ff.identify.identification import _check_plausible
+from adaptive_ff.identify.joint import CARE, GOOD, UNUSABLE
 from adaptive_ff.identify.regression import Fit, Model, Parameter
-from adaptive_ff.identify.result import CARE, GOOD, UNUSABLE, LogIdentification
+from adaptive_ff.identify.result import LogIdentification
 from adaptive_ff.identify.scenario_text import _beside_friction, joined_ends
 from adaptive_ff.identify.simulators import ENDINGS
 from adaptive_ff.identify.units import ROTARY
