@@ -18,9 +18,9 @@ C_PARTS = {
 """The head of a library, and the small functions beside kernels: what Python's operations do and no operator of C."""
 
 PRIMARY, UNARY, SUM, JOINED, CHOICE = 99, 14, 11, 5, 2
-RANKS = {"*": 12, "/": 12, "%": 12, "+": SUM, "-": SUM, "<": 9, ">": 9, "<=": 9, ">=": 9, "==": 8, "!=": 8}
+RANKS = {"*": 12, "/": 12, "%": 12, "+": SUM, "-": SUM, "<": 9, ">": 9, "<=": 9, ">=": 9, "==": 9, "!=": 9}
 RANKS |= {"&&": 4, "||": 3}
-"""How tightly operators of C bind."""
+"""How tightly operators of C bind; comparisons all alike: compilers warn of one in another without parentheses."""
 
 
 class Struct(NamedTuple):

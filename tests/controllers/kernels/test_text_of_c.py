@@ -118,7 +118,7 @@ def test_long_lines_are_broken_where_least_is_nested_and_each_field_has_its_own(
 
 
 ALIKE = ["x - (x - 1.0)", "x - 1.0 - x", "x / (x * 2.0)", "x * 2.0 / x", "x * (x + 1.0)", "-(-x)", "x - -1.0"]
-EXPRESSIONS = {each: each for each in [*ALIKE, "(n == 2) != (n == 3)"]} | {
+EXPRESSIONS = {each: each for each in [*ALIKE, "(n == 2) != (n == 3)", "(x < 1.0) == (x < 2.0)"]} | {
     "not (x < 1.0 or n > 0) and (0.0 < x <= 1.0 or n < 0)": "!(x < 1.0 || n > 0) && ((0.0 < x && x <= 1.0) || n < 0)",
     "x if n > 0 else (1.0 if n < 0 else 0.0)": "n > 0 ? x : (n < 0 ? 1.0 : 0.0)",
     "(1 if x > 0.0 else 2) * n / 2": "(double)((x > 0.0 ? 1 : 2) * n) / 2.0",
