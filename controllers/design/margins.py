@@ -63,9 +63,9 @@ def loop_margins(numerator: NDArray[Any], denominator: NDArray[Any], slowest: fl
         value = np.polyval(numerator, points) / np.polyval(denominator, points)
     crossings = np.nonzero(np.abs(value) >= 1.0)[0]
     last = int(crossings[-1]) if crossings.size else -1
-    # where the loop is real and negative beyond the crossover: the imaginary part changes its sign, or ends at Nyquist
-    turns = np.nonzero((np.diff(np.sign(value.imag)) != 0.0) & (value.real[1:] < 0.0))[0] + 1
-    behind = [*turns[turns > last], *([FREQUENCIES - 1] if value.real[-1] < 0.0 else [])]
+    # where the loop is real and negative beyond the crossover: at either end, or the imaginary part changes its sign
+    turns = np.nonzero(np.diff(np.sign(value.imag)))[0] + 1
+    behind = [each for each in (0, *turns, FREQUENCIES - 1) if each > last and value.real[each] < 0.0]
     return LoopMargins(
         float(omega[last]) / (2.0 * math.pi) if crossings.size else math.nan,
         float(np.max(1.0 / np.abs(1.0 + value))) if bool(np.all(np.abs(poles) < 1.0)) else math.inf,

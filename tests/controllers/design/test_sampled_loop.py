@@ -18,8 +18,14 @@ def test_margins_are_those_at_the_crossover_of_loops_of_any_speed(proportional):
     assert found.phase_margin == pytest.approx(math.degrees(np.angle(-numerator / denominator)), abs=1e-6)
 
 
-def test_loop_with_a_notch_is_stable_up_to_its_gain_margin():
-    notch, rest = 0.35 * np.array([1.0, -1.96 * math.cos(0.5), 0.98**2]), np.array([1.0, -1.0, 0.0, 0.0])
-    margin = loop_margins(notch, rest, 1e-3).gain_margin
-    largest_poles = [np.max(np.abs(np.roots(np.polyadd(gain * margin * notch, rest)))) for gain in (0.99, 1.01)]
+NOTCH = 0.35 * np.array([1.0, -1.96 * math.cos(0.5), 0.98**2])
+
+
+@pytest.mark.parametrize(
+    ("loop", "rest"), [(NOTCH, [1.0, -1.0, 0.0, 0.0]), ([-0.05], [1.0, -0.9])], ids=["notch", "negative when slow"]
+)
+def test_loop_is_stable_up_to_its_gain_margin(loop, rest):
+    loop = np.array(loop)
+    margin = loop_margins(loop, np.array(rest), 1e-3).gain_margin
+    largest_poles = [np.max(np.abs(np.roots(np.polyadd(gain * margin * loop, rest)))) for gain in (0.99, 1.01)]
     assert largest_poles[0] < 1.0 < largest_poles[1]
