@@ -1,37 +1,19 @@
-"""Expressions of kernels, read into a typed tree: names, numbers, elements, operators, calls."""
+"""Expressions of kernels, read into a typed tree: names, numbers, elements, operators."""
 
 import ast
-import inspect
 import math
 import operator
 from collections import Counter
-from collections.abc import Callable, Hashable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
-from functools import cache
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-import numpy as np
-
-from controllers.kernels.language import DISPATCHED, call, natural
 from controllers.kernels.literals import RESERVED
-from controllers.kernels.sources import INSTEAD, Constant, Kernel
-from controllers.kernels.tree import Let, Node, Statement, Variable, number
-from controllers.kernels.types import (
-    BOOLEAN,
-    INTEGER,
-    REAL,
-    Array,
-    Line,
-    Record,
-    Scalar,
-    Type,
-    is_within_word,
-    makes_itself,
-    passed_by_pointer,
-)
-
-if TYPE_CHECKING:
-    from controllers.kernels.unit import Unit
+from controllers.kernels.record import meaning
+from controllers.kernels.sources import Constant, Kernel, resolve
+from controllers.kernels.symbols import Symbols
+from controllers.kernels.tree import Function, Let, Node, Statement, Variable, number
+from controllers.kernels.types import BOOLEAN, INTEGER, REAL, Array, Line, Record, Scalar, Type, is_within_word
 
 ARITHMETIC: dict[type, tuple[str, Callable[[Any, Any], Any]]] = {
     ast.Mult: ("*", operator.mul),
@@ -53,10 +35,13 @@ COMPARISONS: dict[type, tuple[str, Callable[[Any, Any], bool]]] = {
 class Expressions:
     """Reads the expressions of one function; what must be computed before a statement goes into the body before it."""
 
-    def __init__(self, unit: "Unit", kernel: Kernel) -> None:
-        self.unit = unit
+    def __init__(self, kernel: Kernel, symbols: Symbols, translate: Callable[..., Function]) -> None:
         self.kernel = kernel
+        self.symbols = symbols
+        self.translate = translate  # gives the kernels that this one calls
         self.refusal = kernel.refusal
+        self.files = {kernel.file}  # of the kernel and of those that it calls
+        self.meanings: dict[tuple[str, str], str] = {}  # what the global names in them stand for
         self.variables: dict[str, Variable] = {}  # those with a value, by their names in Python
         self.given: set[str] = set()  # variables that have a value here, by whatever way it is reached
         self.body: list[Statement] = []  # statements so far
@@ -77,21 +62,6 @@ class Expressions:
             name = f"{wish}{count}"
         self._taken.add(name)
         return name
-
-    def _check_order(self, node: ast.Call, name: str) -> None:
-        """Refuse a call that changes arrays in the midst of an expression that reads elements or calls others.
-
-        C leaves open in which order the parts of an expression are computed, but for what and, or and not join.
-        """
-        whole, own = self.statement, set(ast.walk(node))
-        in_place = isinstance(whole, ast.AugAssign) and isinstance(whole.target, ast.Subscript)
-        ordered = [] if in_place else [getattr(whole, "value", None)]
-        for part in ordered:
-            ordered += part.values if isinstance(part, ast.BoolOp) else []
-            ordered += [part.operand] if isinstance(part, ast.UnaryOp) else []
-        reading = (part for part in ast.walk(whole) if isinstance(part, ast.Call | ast.Subscript) and part not in own)
-        if node not in ordered and any(node not in ast.walk(part) for part in reading):
-            raise self.refusal(node, f"{name} changes arrays in place; give its result a name in a line before")
 
     def read(self, node: ast.expr) -> Node:
         """Return an expression of the tree; ``NotTranslatable`` where it has no translation."""
@@ -136,7 +106,7 @@ class Expressions:
     def let(self, variable: Variable, value: Node, is_constant: bool) -> None:
         """Declare a variable with its first value."""
         assert variable.type is not None
-        self.unit.note(variable.type)
+        self.symbols.note(variable.type)
         self.body.append(Let(variable, value, is_constant))
 
     def placed(self, node: ast.AST, value: Node) -> Node:
@@ -159,7 +129,7 @@ class Expressions:
         if self.stores[node.id] and node.id not in self.given:
             raise self.refusal(node, f"{node.id} has no value here; give it one before the branch or loop")
         if node.id not in self.variables:
-            return self._known(node, self.unit.resolved(self.kernel, node))
+            return self.known(node, self.resolved(node))
         return self.variables[node.id].value
 
     def is_global(self, node: ast.expr) -> bool:
@@ -168,7 +138,16 @@ class Expressions:
             node = node.value
         return isinstance(node, ast.Name) and node.id not in self.variables and not self.stores[node.id]
 
-    def _known(self, node: ast.AST, found: Any) -> Node:
+    def resolved(self, node: ast.expr) -> Any:
+        """Return what a global name stands for; the translation holds for no other meaning of it."""
+        found = resolve(self.kernel, node)
+        if not self.symbols.fixed:
+            module, name = self.kernel.function.__module__, ast.unparse(node)
+            if (module, name) not in self.meanings:
+                self.meanings[module, name] = meaning(self.kernel.function.__globals__, name)
+        return found
+
+    def known(self, node: ast.AST, found: Any) -> Node:
         """Return a constant of a module, or a default."""
         value = found.value if isinstance(found, Constant) else found
         if not isinstance(value, bool | int | float):
@@ -177,11 +156,11 @@ class Expressions:
         if not isinstance(found, Constant):
             return known
         folded = known.constant if known.type != REAL else None
-        return replace(known, kind="constant", name=self.unit.constant_name(found), constant=folded)
+        return replace(known, kind="constant", name=self.symbols.constant_name(found), constant=folded)
 
     def _attribute(self, node: ast.Attribute) -> Node:
         if self.is_global(node):
-            return self._known(node, self.unit.resolved(self.kernel, node))
+            return self.known(node, self.resolved(node))
         owner = self.read(node.value)
         if isinstance(owner.type, Array) and node.attr in ("size", "shape"):
             sizes = [owner.size(axis) for axis in range(len(owner.type.shape))]
@@ -229,7 +208,7 @@ class Expressions:
         size = number(owner.type.length) if isinstance(owner.type, Line) else owner.size(0)
         length = size.constant
         if place.constant is None:
-            if isinstance(owner.type, Line) and length == 1 and not self.unit.fixed:
+            if isinstance(owner.type, Line) and length == 1 and not self.symbols.fixed:
                 return number(0)  # a computed place would keep compilers from making registers of all around it
             return place if place.natural else Node("call", INTEGER, (place, size), "from_start")
         if length is not None and not -length <= place.constant < length:
@@ -276,9 +255,17 @@ class Expressions:
             raise self.refusal(node, "{}: a tuple must hold values of one type; use a NamedTuple")
         return self.made(Line(kind, len(values)), values)
 
+    def record(self, node: ast.AST, name: str, names: Sequence[str], values: list[Node], origin: Any = None) -> Node:
+        """Return a record of some values, by the names of its fields."""
+        typed = ((each, value.type) for each, value in zip(names, values, strict=True))
+        fields = tuple((each, kind) for each, kind in typed if kind is not None)
+        if len(fields) < len(values):
+            raise self.refusal(node, "{}: a shape or a tuple of constants has no value; use its items")
+        return self.made(Record(name, fields, origin), values)
+
     def made(self, kind: Record | Line, values: list[Node]) -> Node:
         """Return a value of a struct."""
-        self.unit.note(kind)
+        self.symbols.note(kind)
         return Node("make", kind, tuple(values))
 
     def _binop(self, node: ast.BinOp) -> Node:
@@ -300,10 +287,14 @@ class Expressions:
         if left.constant is None or right.constant is None:
             is_natural = left.natural and right.natural and sign != "-"
             return Node("operator", INTEGER, (left, right), sign, natural=is_natural)
-        known = self._number(node, fold(left.constant, right.constant))
-        if all(value.kind == "number" and value.natural for value in (left, right)):
+        return self._folded(node, fold(left.constant, right.constant), sign, left, right)
+
+    def _folded(self, node: ast.AST, value: int | float, sign: str, *parts: Node) -> Node:
+        """Return what an operation gives, as a plain number where it is of such, else as the operation."""
+        known = self._number(node, value)
+        if all(part.kind == "number" and part.natural for part in parts):
             return known
-        return replace(known, kind="operator", parts=(left, right), name=sign)
+        return replace(known, kind="operator", parts=parts, name=sign)
 
     def _power(self, node: ast.AST, base: Node, exponent: Node) -> Node:
         if exponent.type != INTEGER:
@@ -323,12 +314,7 @@ class Expressions:
             raise self.refusal(node, "{} has no translation; write a number or its negative")
         if value.constant is None:
             return Node("operator", value.type, (value,), "-")
-        known = self._number(node, -value.constant)
-        return (
-            known
-            if value.kind == "number" and value.natural
-            else replace(known, kind="operator", parts=(value,), name="-")
-        )
+        return self._folded(node, -value.constant, "-", value)
 
     def _boolop(self, node: ast.BoolOp) -> Node:
         conjunction, values = isinstance(node.op, ast.And), []
@@ -342,9 +328,8 @@ class Expressions:
                 return number(not conjunction)
         if not values:
             return number(conjunction)
-        return (
-            values[0] if len(values) == 1 else Node("operator", BOOLEAN, tuple(values), "&&" if conjunction else "||")
-        )
+        sign = "&&" if conjunction else "||"
+        return values[0] if len(values) == 1 else Node("operator", BOOLEAN, tuple(values), sign)
 
     def _compare(self, node: ast.Compare) -> Node:
         if any(type(operation) not in COMPARISONS for operation in node.ops):
@@ -384,161 +369,3 @@ class Expressions:
         if first.type != second.type:
             first, second = self.as_real(node.body, first), self.as_real(node.orelse, second)
         return Node("choice", first.type, (test, first, second), natural=first.natural and second.natural)
-
-    def _call(self, node: ast.Call) -> Node:
-        if not self.is_global(node.func):
-            if isinstance(node.func, ast.Attribute) and node.func.attr == "_replace":
-                return self._replaced(node, node.func.value)
-            raise self.refusal(node, f"{ast.unparse(node.func)} is no function of a module")
-        function = self.unit.resolved(self.kernel, node.func)
-        if not callable(function) or not isinstance(function, Hashable):
-            raise self.refusal(node, f"{ast.unparse(node.func)} is no function")
-        given = self.spread(node.args)
-        if function in OPERATIONS:
-            return self._operation(node, *OPERATIONS[function], given)
-        if isinstance(function, type) and issubclass(function, tuple) and hasattr(function, "_fields"):
-            if makes_itself(function):
-                name = function.__name__
-                raise self.refusal(
-                    node, f"{name} has a __new__ of its own; write a kernel that makes a plain named tuple"
-                )
-            return self._record(node, function, self._bound(node, function, given))
-        return self._call_of(node, function, given)
-
-    def _operation(self, node: ast.Call, name: str, count: int | None, values: list[Node]) -> Node:
-        """Return what mathematics gives, or one of the functions beside it."""
-        if node.keywords or (count is None and len(values) < 2):
-            raise self.refusal(node, "{}: give the values one by one")
-        if count not in (None, len(values)):
-            raise self.refusal(node, f"{{}} must have {count} arguments")
-        if name == "by address":
-            return self._call_address(node, values)
-        if name in ("integer", "natural"):
-            value = self._integer(node, values[0])
-            return replace(value, natural=value.natural or name == "natural")
-        integers = all(value.type == INTEGER for value in values)
-        if integers and name in ("floor", "ceil"):
-            return values[0]
-        if name == "absolute" and integers:  # of the least one, itself
-            return Node("call", INTEGER, (values[0],), "absolute_integer")
-        if name in ("larger", "smaller"):  # of equal ones, or beside no number, the first
-            chosen, *others = values if integers else [self.as_real(node, value) for value in values]
-            for other in others:
-                chosen = Node("call", chosen.type, (chosen, other), f"{name}_integer" if integers else name)
-            return replace(chosen, natural=all(value.natural for value in values))
-        reals = tuple(self.as_real(node, value) for value in values)
-        if name in ("isfinite", "isnan"):
-            return Node("call", BOOLEAN, reals, name)
-        found = reals[0] if name == "real" else Node("math", REAL, reals, "fabs" if name == "absolute" else name)
-        return self._integer(node, found) if name in ("floor", "ceil") else found
-
-    def _integer(self, node: ast.Call, value: Node) -> Node:
-        """Return the integer that is next to a number towards zero."""
-        if value.type == INTEGER:
-            return value
-        if value.type not in (REAL, BOOLEAN):
-            raise self.refusal(node, "{} is no number")
-        if value.type == BOOLEAN or self.unit.fixed:
-            return Node("integer", INTEGER, (value,), natural=value.type == BOOLEAN)
-        return Node("call", INTEGER, (value,), "whole_number")
-
-    def _call_address(self, node: ast.Call, values: list[Node]) -> Node:
-        *places, row = values
-        if row.type != Array(REAL, (None,)):
-            raise self.refusal(node, "{}: the last argument must be an array of numbers")
-        self.writes += 1
-        row = self.named(node, row) if row.kind == "element" else self.placed(node, row)
-        return Node("by address", None, (*places, row))
-
-    def _bound(self, node: ast.Call, function: Callable[..., Any], given: list[Node]) -> list[Node]:
-        """Return values of all arguments, in order: given in their place, by name, and defaults, as in Python."""
-        signature = signature_of(function)
-        if any(keyword.arg is None for keyword in node.keywords):
-            raise self.refusal(node, "{}: name every argument, or give it in its place")
-        if any(each.kind in (each.VAR_POSITIONAL, each.VAR_KEYWORD) for each in signature.parameters.values()):
-            raise self.refusal(node, "{}: a kernel takes its arguments one by one, without *")
-        named = {str(keyword.arg): self.read(keyword.value) for keyword in node.keywords}
-        try:
-            bound = signature.bind(*given, **named).arguments
-        except TypeError as error:
-            raise self.refusal(node, f"{{}}: {error}; name every argument, or give it in its place") from None
-        for name, parameter in signature.parameters.items():
-            if name not in bound:
-                bound[name] = self._known(node, parameter.default)
-            if bound[name].type is None:
-                raise self.refusal(node, f"{{}}: {name} cannot be passed; pass its elements")
-        return [bound[name] for name in signature.parameters]
-
-    def _replaced(self, node: ast.Call, owner: ast.expr) -> Node:
-        """Return a named tuple with other values of the fields that are named."""
-        record = self.read(owner)
-        kind = record.type
-        if not isinstance(kind, Record) or kind.origin is None:
-            raise self.refusal(node, f"{{}}: {ast.unparse(owner)} is no named tuple")
-        names = [keyword.arg for keyword in node.keywords]
-        if node.args or None in names:
-            raise self.refusal(node, "{}: name every field that changes")
-        if unknown := {str(name) for name in names} - {name for name, _ in kind.fields}:
-            raise self.refusal(node, f"{{}}: {kind.name} has no field {min(unknown)}")
-        given = {keyword.arg: self.read(keyword.value) for keyword in node.keywords}
-        record = self.placed(node, record)
-        return self._record(node, kind.origin, [given.get(name) or record.member(name) for name, _ in kind.fields])
-
-    def _record(self, node: ast.Call, origin: Any, values: list[Node]) -> Node:
-        fields: list[tuple[str, Type]] = []
-        for place, name in enumerate(origin._fields):  # integers given for real fields become real
-            if values[place].type == INTEGER and origin.__annotations__.get(name) in (float, "float"):
-                values[place] = self.as_real(node, values[place])
-            kind = values[place].type
-            if kind is None:
-                raise self.refusal(node, "{}: a field has no value")
-            fields.append((name, kind))
-        return self.made(Record(origin.__name__, tuple(fields), origin), values)
-
-    def _call_of(self, node: ast.Call, function: Any, given: list[Node]) -> Node:
-        if function in DISPATCHED:
-            first = given[0].type if given else None
-            chosen = DISPATCHED[function].get(first.origin) if isinstance(first, Record) and first.origin else None
-            if chosen is None:
-                raise self.refusal(node, "{}: no kernel is registered for its first argument")
-            function = chosen
-        if not inspect.isfunction(function):
-            instead = INSTEAD.get(function, "call mathematics or kernels")
-            raise self.refusal(node, f"{ast.unparse(node.func)} has no translation; {instead}")
-        values = self._bound(node, function, given)
-        kinds = tuple(value.type for value in values if value.type is not None)
-        constants = tuple(map(self._relied_on, values))
-        made = self.unit.function(function, kinds, constants, (self.kernel, node))
-        if made.writes:
-            self.writes += 1
-            self._check_order(node, made.name)
-        passed = [self.placed(node, value) if passed_by_pointer(value.type) else value for value in values]
-        return Node("call", made.result, tuple(passed), made.name, made.constant, made.natural)
-
-    def _relied_on(self, value: Node) -> float | str | None:
-        """Return what a kernel may rely on of an argument."""
-        is_known = self.unit.fixed and value.constant is not None
-        if value.type == REAL:
-            return float(value.constant) if is_known and value.root is not None else None  # a parameter
-        if value.type == INTEGER:
-            return int(value.constant) if is_known else "natural" if value.natural else None
-        return None
-
-
-@cache
-def signature_of(function: Callable[..., Any]) -> inspect.Signature:
-    """Return the signature of a kernel or of a class of named tuples."""
-    return inspect.signature(function)
-
-
-MATHEMATICS = "exp expm1 log log1p sin cos tan asin acos atan sinh cosh tanh asinh sqrt fabs floor ceil isfinite isnan"
-"""Functions of ``math.h`` of one argument, which every machine has."""
-
-OPERATIONS: dict[Any, tuple[str, int | None]] = {
-    **{getattr(math, name): (name, 1) for name in MATHEMATICS.split()},
-    **{getattr(math, name): (name, 2) for name in ("pow", "atan2", "copysign")},
-    **{getattr(np, name): (name, 1) for name in ("isfinite", "isnan")},
-    **{abs: ("absolute", 1), max: ("larger", None), min: ("smaller", None)},
-    **{int: ("integer", 1), float: ("real", 1), natural: ("natural", 1), call: ("by address", 4)},
-}
-"""What kernels call beside each other, and how many arguments it takes, if not several."""

@@ -69,11 +69,6 @@ class Printer:
             self.structs[kind] = Struct(name, text)
         return self.structs[kind]
 
-    def note(self, kind: Type) -> None:
-        """Note that a type is used: structs stand in the order in which they are met."""
-        if not isinstance(kind, Scalar) and (not isinstance(kind, Array) or kind.is_open):
-            self.struct(kind)
-
     def _struct_name(self, kind: Record | Line | Array) -> str:
         if isinstance(kind, Array):
             return _open_name(kind)

@@ -5,8 +5,9 @@ import re
 from collections import Counter
 from typing import Any
 
+from controllers.kernels.calls import Calls
 from controllers.kernels.comments import plain, section
-from controllers.kernels.expressions import ARITHMETIC, Expressions
+from controllers.kernels.expressions import ARITHMETIC
 from controllers.kernels.literals import c_name
 from controllers.kernels.tree import Do, For, Function, Give, If, Let, Node, Statement, Variable, While, number
 from controllers.kernels.types import BOOLEAN, INTEGER, REAL, Array, Line, Record, Type, passed_by_pointer
@@ -15,7 +16,7 @@ ANNOTATED = {"float": REAL, "int": INTEGER, "bool": BOOLEAN}
 """What a kernel returns, by its annotation."""
 
 
-class Statements(Expressions):
+class Statements(Calls):
     """Reads one function."""
 
     def function(self, kinds: tuple[Type, ...], constants: tuple[Any, ...], name: str) -> Function:
@@ -32,7 +33,7 @@ class Statements(Expressions):
         self.loops: list[tuple[list[set[str]], list[set[str]]]] = []
         self.declared: dict[str, Variable] = {}
         self.counters = Counter(ast.unparse(node.target) for node in self.kernel.nodes if isinstance(node, ast.For))
-        self.comments = dict(self.kernel.comments) if self.unit.fixed else {}  # those that are not written yet
+        self.comments = dict(self.kernel.comments) if self.symbols.fixed else {}  # those that are not written yet
         given_all = zip([*arguments.args, *arguments.kwonlyargs], kinds, constants, strict=True)
         taken = [self._argument(argument.arg, kind, known) for argument, kind, known in given_all]
         first = tree.body[0]
@@ -46,7 +47,7 @@ class Statements(Expressions):
         return Function(name, self.kernel, taken, self.result, self.body, self.writes > 0, constant, natural)
 
     def _argument(self, name: str, kind: Type, known: Any) -> Variable:
-        self.unit.note(kind)
+        self.symbols.note(kind)
         changes = self.stores[name] > 0
         if name == "_" and changes:
             raise self.refusal(self.kernel.tree, "_ keeps no value; give the argument a name")
@@ -90,9 +91,7 @@ class Statements(Expressions):
         match statement:
             case ast.Return():
                 self._return(statement)
-            case ast.Assign(targets=[target], value=value):
-                self._assign(target, value)
-            case ast.AnnAssign(target=target, value=ast.expr() as value):
+            case ast.Assign(targets=[target], value=value) | ast.AnnAssign(target=target, value=ast.expr() as value):
                 self._assign(target, value)
             case ast.AugAssign():
                 self._augment(statement)
@@ -100,7 +99,7 @@ class Statements(Expressions):
                 self.body.append(Do(self.read(call)))
             case ast.For():
                 self._for(statement)
-            case ast.While() if not self.unit.fixed:
+            case ast.While() if not self.symbols.fixed:
                 self._while(statement)
             case ast.Break() | ast.Continue() if self.loops:
                 self.loops[-1][isinstance(statement, ast.Break)].append(set(self.given))
@@ -243,8 +242,6 @@ class Statements(Expressions):
         if type(statement.op) not in ARITHMETIC:
             raise self.refusal(statement, "{}: there are += -= *= and /=")
         sign = ARITHMETIC[type(statement.op)][0]
-        if isinstance(target, ast.Subscript) and any(isinstance(leaf, ast.Slice) for leaf in ast.walk(target)):
-            raise self.refusal(target, "{} is a slice; write a loop over a range")
         place = self.read(target) if isinstance(target, ast.Name) else self._place(target)
         value = self.read(statement.value)
         if place.type not in (REAL, INTEGER):
@@ -314,11 +311,10 @@ class Statements(Expressions):
         name = self.fresh("turn") if target == "_" and target in self.variables else c_name(target)
         is_natural = start.natural if stride == 1 else end.natural or end.constant == -1
         is_int = start.constant is not None or (start.variable is not None and start.variable.is_int)
-        return Variable(name, INTEGER, natural=is_natural, is_int=self.unit.fixed and is_int), start, end, stride
+        return Variable(name, INTEGER, natural=is_natural, is_int=self.symbols.fixed and is_int), start, end, stride
 
     def _is_range(self, call: ast.Call) -> bool:
-        is_global = not call.keywords and self.is_global(call.func)
-        return is_global and self.unit.resolved(self.kernel, call.func) is range
+        return not call.keywords and self.is_global(call.func) and self.resolved(call.func) is range
 
     def _while(self, statement: ast.While) -> None:
         self.conditional += 1  # nothing may be computed before a test that is made anew each time
@@ -335,8 +331,7 @@ class Statements(Expressions):
 
     def _repeat(self, statement: ast.For | ast.While) -> tuple[list[Statement], list[set[str]], list[set[str]]]:
         """Return the statements of a loop, and what has a value where it goes on and where it breaks off."""
-        turns: list[set[str]] = []
-        breaks: list[set[str]] = []
+        turns, breaks = list[set[str]](), list[set[str]]()
         self.loops.append((turns, breaks))
         body = self._inner(statement.body)
         self.loops.pop()
@@ -369,12 +364,7 @@ class Statements(Expressions):
         if isinstance(self.result, Record) and len(self.result.fields) == len(values):
             kinds = [kind for _, kind in self.result.fields]
             values = [self.agreeing(statement, value, kind) for kind, value in zip(kinds, values, strict=True)]
-        fields: list[tuple[str, Type]] = []
-        for name, value in zip(self._result_names(values), values, strict=True):
-            if value.type is None:
-                raise self.refusal(statement, "{}: what has no value cannot be returned; return its items")
-            fields.append((name, value.type))
-        return self.made(Record(f"{self.name}_result", tuple(fields)), values)
+        return self.record(statement, f"{self.name}_result", self._result_names(values), values)
 
     def _result_names(self, values: list[Node]) -> list[str]:
         """Return names of several values after the docstring's returns, the variables returned, or what they are."""
@@ -386,12 +376,11 @@ class Statements(Expressions):
         for place, value in enumerate(values):
             items = [node.elts[place] for node in returned if isinstance(node, ast.Tuple) and place < len(node.elts)]
             candidates = {item.id if isinstance(item, ast.Name) else "" for item in items} - {"", *names}
+            name = f"value{place + 1}"
             if len(candidates) == 1:
                 name = candidates.pop()
             elif isinstance(value.type, Record) and value.type.origin is not None:
                 name = re.findall(r"[A-Z][a-z0-9]*", value.type.name)[-1].lower()
-            else:
-                name = f"value{place + 1}"
             names.append(c_name(name if name not in names else f"value{place + 1}"))
         return names
 

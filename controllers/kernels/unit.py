@@ -1,6 +1,5 @@
 """A translation unit: the kernels that are asked for, what they call and what that needs, in an order that C takes."""
 
-import ast
 import re
 from collections.abc import Callable
 from dataclasses import replace
@@ -8,12 +7,11 @@ from pathlib import Path
 from typing import Any
 
 from controllers.kernels.comments import comment_lines
-from controllers.kernels.language import NotTranslatable
 from controllers.kernels.literals import Precision, function_name
 from controllers.kernels.printer import Printer
-from controllers.kernels.record import meaning
-from controllers.kernels.sources import Constant, Kernel, read_kernel, resolve
+from controllers.kernels.sources import Kernel, read_kernel
 from controllers.kernels.statements import Statements
+from controllers.kernels.symbols import Symbols
 from controllers.kernels.tree import Function
 from controllers.kernels.types import Type
 
@@ -30,7 +28,7 @@ class Unit(Printer):
     def __init__(self, precision: Precision, prefix: str, *, fixed: bool) -> None:
         super().__init__(precision, prefix, fixed=fixed)
         self.functions: dict[Key, Function] = {}
-        self.constants: dict[str, Constant] = {}
+        self.symbols = Symbols(fixed=fixed)
         self.files: set[Path] = set()
         self.meanings: dict[tuple[str, str], str] = {}
         self._origins: dict[str, Callable[..., Any]] = {}  # what each name in C stands for
@@ -53,11 +51,13 @@ class Unit(Printer):
             if function in self._pending and caller is not None:
                 raise caller[0].refusal(caller[1], f"{kernel.name} calls itself; write a loop over a range")
             self._pending.append(function)
-            outer, self.files, self.meanings = (self.files, self.meanings), {kernel.file}, {}
-            read = Statements(self, kernel).function(kinds, key[2], self._function_name(function))
-            text = self.definition(read)
-            self.functions[key] = replace(read, text=text, files=frozenset(self.files), meanings=self.meanings)
-            self.files, self.meanings = outer
+            reader = Statements(kernel, self.symbols, self.function)
+            read = reader.function(kinds, key[2], self._function_name(function))
+            for kind in self.symbols.types:
+                self.struct(kind)
+            self.symbols.types.clear()
+            text, files = self.definition(read), frozenset(reader.files)
+            self.functions[key] = replace(read, text=text, files=files, meanings=reader.meanings)
             self._pending.pop()
         made = self.functions[key]
         self.files |= made.files
@@ -75,30 +75,10 @@ class Unit(Printer):
         self._origins[name] = function
         return name
 
-    def resolved(self, kernel: Kernel, node: ast.expr) -> Any:
-        """Return what a global name of a kernel stands for; the translation holds for no other meaning of it."""
-        found = resolve(kernel, node)
-        if not self.fixed:
-            module, name = kernel.function.__module__, ast.unparse(node)
-            if (module, name) not in self.meanings:
-                self.meanings[module, name] = meaning(kernel.function.__globals__, name)
-        return found
-
-    def constant_name(self, constant: Constant) -> str:
-        """Return the name of a constant, and note that it is used."""
-        name, count = constant.name, 1
-        while self.constants.setdefault(name, constant).value != constant.value:
-            if self.fixed:
-                values = f"{self.constants[name].value} and {constant.value}"
-                raise NotTranslatable(f"{name} names two constants, {values}; rename one")
-            count += 1
-            name = f"{constant.name}_{count}"
-        return name
-
     def definitions(self) -> str:
         """Return all constants, in firmware with what is said of them, of those that stand together once."""
         lines, last = [], ""
-        for name, constant in sorted(self.constants.items()):
+        for name, constant in sorted(self.symbols.constants.items()):
             if self.fixed and constant.doc and constant.doc != last:
                 lines += comment_lines(constant.doc).splitlines()
             last = constant.doc

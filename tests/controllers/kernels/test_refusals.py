@@ -97,7 +97,7 @@ def kernel_of(lines, tmp_path, monkeypatch, head="def kernel(x, n, t):"):
         ("return math.unknown", 0, "math.unknown is not known; pass it as an argument or make it a module constant"),
         ("return LIST.append(x)", 0, "LIST.append is not known; pass it as an argument"),
         ("return t.shape", 0, "a shape or a tuple of constants cannot be returned"),
-        ("return t.shape, x", 0, "what has no value cannot be returned; return its items"),
+        ("return t.shape, x", 0, "a shape or a tuple of constants has no value; use its items"),
         ("return 'text'", 0, "no number"),
         ("return LIST", 0, "no number"),
         ("return x // 2.0", 0, "+ - * /"),
