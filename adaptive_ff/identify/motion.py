@@ -6,13 +6,13 @@ torques that follow from it are then filtered like the torque.
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 from typing import NamedTuple
 
 import numpy as np
 import scipy
-from scipy import interpolate
+from scipy import integrate, interpolate
 
 from adaptive_ff.errors import InputError
 from controllers.arrays import NDArray
@@ -76,10 +76,12 @@ class Noise(NamedTuple):
     density: float
     of_position: bool
 
-    def variance(self, corner: float, derivatives: int) -> float:
-        """Return the variance of a derivative of the velocity behind an ideal low-pass of a corner, Hz."""
-        order = derivatives + self.of_position
-        return self.density * (2.0 * math.pi) ** (2 * order) * corner ** (2 * order + 1) / (2 * order + 1)
+    def variance(self, corners: Sequence[float], derivatives: int, period: float) -> float:
+        """Return the variance of a derivative of the velocity behind :func:`lowpass` of each corner, Hz."""
+        frequency = np.linspace(0.0, min(10.0 * min(corners), 0.5 / period), 1001)
+        passed = np.prod([1.0 / (1.0 + (frequency / corner) ** 4) for corner in corners], axis=0)
+        power = ((2.0 * np.pi * frequency) ** (derivatives + self.of_position) * passed) ** 2
+        return self.density * float(integrate.trapezoid(power, frequency))
 
     def corner(self, variance: float) -> float:
         """Return the corner, Hz, behind which the velocity has a variance."""
@@ -188,7 +190,8 @@ class Rows(NamedTuple):
     """A segment at the working rate (s), behind the wide filter, and which samples are rows of the regression.
 
     ``narrow`` is the band's filter, None without one; ``kept`` are the samples that are rows, those without standstill,
-    which is below ``slow`` (rad/s), of the ``inner`` ones, away from both ends; ``noise`` is the velocity's, rad/s.
+    which is below ``slow`` (rad/s), of the ``inner`` ones, away from both ends; ``noise`` is the velocity's, rad/s,
+    behind the wide filter of a ``corner``, Hz.
     """
 
     period: float
@@ -202,6 +205,7 @@ class Rows(NamedTuple):
     inner: slice
     slow: float
     noise: float
+    corner: float
 
     def in_band(self, values: Array) -> Array:
         """Return a series, or columns, in the band."""
@@ -236,7 +240,7 @@ def make_rows(segment: Segment, band: float, noise: Noise, fast: float) -> Rows:
     velocity = derivative(position, period)
     position, torque, known, velocity = (one[::every] for one in (position, torque, known, velocity))
     step = period * every
-    scatter = math.sqrt(noise.variance(corner, 0))
+    scatter = math.sqrt(noise.variance([corner], 0, period))
     slow = max(TUNING.standstill * fast, TUNING.standstill_noise * scatter)
     narrow = lowpass(band, step)
     stands = narrow((np.abs(velocity) < slow).astype(float))
@@ -246,7 +250,7 @@ def make_rows(segment: Segment, band: float, noise: Noise, fast: float) -> Rows:
     kept = places[stands[places] < TUNING.standstill_fraction]
     time: Array = (segment.start + step * np.arange(position.size)).astype(np.float64)
     inner = slice(edge, position.size - edge)
-    return Rows(step, time, position, velocity, torque, known, narrow, kept, inner, slow, scatter)
+    return Rows(step, time, position, velocity, torque, known, narrow, kept, inner, slow, scatter, corner)
 
 
 def even(time: Array, values: Array, grid: Array) -> Array:

@@ -38,9 +38,6 @@ LARGEST = 1e30
 NOISE_ALONE = 0.5
 """Fraction of twice the variance of a position from which squared steps are those of noise (von Neumann)."""
 
-BUTTERWORTH = 0.8
-"""Variance behind the filter over that behind an ideal low-pass of the same corner."""
-
 
 class Prepared(NamedTuple):
     """A log, ready for the regression.
@@ -81,10 +78,8 @@ class Prepared(NamedTuple):
     @property
     def noise(self) -> dict[str, float]:
         """Variance of the noise of the measured motion in a row, by column."""
-        noise = self.found.noise
-        return {
-            name: BUTTERWORTH * noise.variance(self.band, order) for name, order in (("inertia", 1), ("viscous", 0))
-        }
+        noise, corners = self.found.noise, (self.band, self.longest.corner)
+        return {name: noise.variance(corners, order, self.period) for name, order in (("inertia", 1), ("viscous", 0))}
 
     def columns(self, names: tuple[str, ...], shape: Shape) -> Array:
         """Return unit torques in the band at the sliding rows, one column a name."""
@@ -123,10 +118,12 @@ def prepare(
     spans, skipped = usable_segments(whole, 32)
     _check_content(log, whole, spans, skipped, linear=linear)
     segments = [_segment(whole, span, period, torque_delay or 0.0) for span in spans]
-    longest = max(segments, key=lambda one: one.position.size)
-    is_position = whole.position is not None
-    measured = longest.position if is_position else derivative(longest.position, longest.period)
-    found = spectrum(measured, longest.period, is_position=is_position)
+    place, longest = max(enumerate(segments), key=lambda one: one[1].position.size)
+    part, count = _part(spans[place]), longest.position.size
+    grid: Array = longest.start + longest.period * np.arange(count, dtype=np.float64)
+    # as measured: a velocity that is summed up has lost the noise of its highest frequencies
+    measured = even(whole.time[part], whole.motion[part], grid)
+    found = spectrum(measured, longest.period, is_position=whole.position is not None)
     return Prepared(
         log=whole,
         segments=segments,
@@ -175,9 +172,13 @@ def _filtered(name: str, segments: list[Segment], band: float, found: Spectrum) 
     return {"rows": rows, "fold": np.arange(count) * folds // count, "band": band, "fast": fast, **joined}
 
 
+def _part(span: range) -> slice:
+    return slice(span.start, span.stop)
+
+
 def _segment(log: Log, span: range, period: float, delay: float) -> Segment:
     """Return a segment at even times; a velocity is summed up to a position."""
-    part = slice(span.start, span.stop)
+    part = _part(span)
     time = log.time[part]
     count = round(float(time[-1] - time[0]) / period) + 1
     step = float(time[-1] - time[0]) / (count - 1)
@@ -215,12 +216,12 @@ def _check_content(given: Log, log: Log, spans: list[range], skipped: list[Skipp
         (log.moving, "it must move to be identified"),
         ("torque", f"it must be that of the drive{hint}"),
     ):
-        values = np.concatenate([log.series[role][span.start : span.stop] for span in spans])
+        values = np.concatenate([log.series[role][_part(span)] for span in spans])
         if np.all(values == values[0]):
             raise InputError(f"{log.name}: the {role} is {values[0] + 0.0:g} all over; {rule}")  # -0 is 0
     if log.position is None:
         return
-    parts = [log.position[span.start : span.stop] for span in spans]
+    parts = [log.position[_part(span)] for span in spans]
     steps = sum(float(np.sum(np.diff(one) ** 2)) for one in parts)
     spread = sum(one.size * float(np.var(one)) for one in parts)
     if steps > NOISE_ALONE * 2.0 * spread:

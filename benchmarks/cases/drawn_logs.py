@@ -143,8 +143,14 @@ def draw_friction(generator: np.random.Generator, kind: str, coulomb: float, vis
     return Law(static, static)
 
 
-def make_case(seed: int, *, record: int = 0) -> Case:
-    """Draw a joint and record it; other records of the same seed have the joint in common, but not the motion."""
+TACHOMETER = (0.003, 0.1)  # least and largest noise of a measured velocity, over the velocity, both rms
+
+
+def make_case(seed: int, *, record: int = 0, tachometer: bool = False) -> Case:
+    """Draw a joint and record it; other records of the same seed have the joint in common, but not the motion.
+
+    With a tachometer the velocity is recorded, with white noise, and not the position.
+    """
     generator = np.random.default_rng([seed, 1])
     kind = str(generator.choice(FOREIGN if seed % 2 else MODELLED))
     rate = float(generator.choice([25.0, 50.0, 100.0, 250.0, 500.0, 1000.0]))
@@ -187,6 +193,10 @@ def make_case(seed: int, *, record: int = 0) -> Case:
     torque = torque + level * np.std(torque) * math.sqrt(0.5) * (coloured + white[1, 500:])
     step = 2.0 * np.pi / counts
     log = Log(f"log {seed}", time, torque, position=np.round(position / step) * step)
+    if tachometer:
+        velocity = np.interp(time, motion.time, motion.velocity)
+        noise = between(moves, *TACHOMETER) * np.std(velocity) * moves.standard_normal(time.size)
+        log = Log(f"log {seed}", time, torque, velocity=velocity + noise)
     return Case(log, truth_of(inertia, law.static, motion.velocity), kind)
 
 

@@ -65,6 +65,12 @@ def run_drawn(seed: int, controllers: list[str]) -> Found:
     return {"": {"row": row}, **dict.fromkeys(controllers, figures)}
 
 
+def run_tachometer(seed: int, controllers: list[str]) -> Found:
+    """Identify the log of a drawn joint with the terms of the models, whose velocity is measured with noise."""
+    case = make_case(2 * seed, tachometer=True)
+    return {"": {"row": "with a noisy tachometer"}, **dict.fromkeys(controllers, examine(case.log, case.truth))}
+
+
 def run_driven(seed: int, controllers: list[str]) -> Found:
     """Identify the log of a joint that sticks under PI alone."""
     case = driven_case(seed)
@@ -73,3 +79,4 @@ def run_driven(seed: int, controllers: list[str]) -> Found:
 
 
 drawn, driven = seeded(run_drawn, {"drawn": ()}, first=10_000), seeded(run_driven, {"driven": ()})
+tachometer = seeded(run_tachometer, {"tachometer": ()}, first=10_000)
