@@ -5,8 +5,11 @@ import math
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
+from scipy.special import lambertw
 
 import plant
+from plant import FrictionChange, FrictionVariation, JointModel, friction_factor, heated, schedule
+from plant.schedule import check_factor
 
 FRICTION = {"inertia": 20.0, "coulomb": 60.0, "stiction": 90.0, "viscous": 80.0, "stribeck_velocity": 0.05}
 CHANGE = plant.JointChange(dry=1.5, viscous=0.5, inertia=2.0, lag=0.25, load=30.0)
@@ -76,3 +79,67 @@ def test_lagged_torque_is_the_exact_response_of_a_first_order_lag():
     assert end == pytest.approx(setup[-1], rel=1e-12)
     assert mean == pytest.approx(np.trapezoid(setup, time) / 0.001, rel=1e-9)
     assert plant.lagged_torque(plant.Actuator().parameters, 50.0, -10.0, 0.001) == (50.0, 50.0)
+
+
+def changes(*pairs):
+    return [FrictionChange(time=time, friction_scale=scale) for time, scale in pairs]
+
+
+HEATING = FrictionVariation(thermal_resistance=2.0, thermal_time=40.0, thinning=0.03)
+WATTS = 30.0
+"""Power of the cold joint's friction at a constant speed."""
+
+
+def warmth_after(seconds, period):
+    plan, warmth = schedule([], period, HEATING), 0.0
+    for _ in range(round(seconds / period)):
+        warmth = heated(plan, warmth, WATTS * friction_factor(plan, 0, 0.0, 0.0, 0.0, warmth), period)
+    return warmth
+
+
+def test_joint_at_constant_speed_settles_at_the_temperature_of_lamberts_function():
+    """``theta = R P exp(-beta theta)``: the less friction there is, the less it heats."""
+    settled = lambertw(0.03 * 2.0 * WATTS).real / 0.03
+    assert warmth_after(1200.0, 0.5) == pytest.approx(settled, rel=1e-9)
+
+
+def test_heating_solves_its_differential_equation_with_an_error_of_first_order():
+    def slope(t, y):
+        return [(2.0 * WATTS * math.exp(-0.03 * y[0]) - y[0]) / 40.0]
+
+    exact = solve_ivp(slope, (0.0, 30.0), [0.0], rtol=1e-12, atol=1e-12).y[0, -1]
+    coarse, fine = (abs(warmth_after(30.0, period) - exact) for period in (0.1, 0.05))
+    assert fine < 1e-3 * exact
+    assert coarse / fine == pytest.approx(2.0, abs=0.05)
+
+
+@pytest.mark.parametrize(
+    ("time", "period", "start"),
+    [
+        (0.0, 0.001, 0),
+        (0.3, 0.1, 3),  # 0.3/0.1 is 2.9999999999999996
+        (0.07, 0.01, 7),  # 0.07/0.01 is 7.000000000000001
+        (0.0011, 0.001, 2),  # between two solver steps: the later of them
+        (0.0019, 0.001, 2),
+        (30.0, 0.001, 30_000),
+        (3600.0, 0.0001, 36_000_000),
+    ],
+)
+def test_change_takes_effect_at_the_first_solver_step_not_before_its_time(time, period, start):
+    assert schedule(changes((time, 0.5)), period).starts.tolist() == [0, start]
+
+
+def test_times_of_changes_ascend_strictly():
+    with pytest.raises(ValueError, match=r"time = 1 s follows 1 s; the times of changes must ascend strictly"):
+        schedule(changes((1.0, 0.5), (1.0, 0.7)), 0.001)
+
+
+def test_changes_are_refused_for_the_most_friction_that_they_come_to():
+    """Twice, half as much more when cold, 0.3 more at a place, and 1 % more for each of 30 N m."""
+    joint = JointModel(inertia=20.0, coulomb=60.0, stiction=90.0, viscous=80.0, stribeck_velocity=0.05).parameters
+    varying = FrictionVariation(warm_up_excess=0.5, position_amplitude=0.3, load_share=0.01)
+    plan = schedule([FrictionChange(time=1.0, friction_scale=2.0, load=-10.0)], 0.01, varying)
+    longest = 20.0 / 520.0 / (2.0 * 1.5 * 1.3 * 1.3)  # as of test_joint.py, over the factor
+    check_factor(joint, plan, 0.999 * longest, 20.0)
+    with pytest.raises(ValueError, match=r"^friction up to 5.07 times the joint's is"):
+        check_factor(joint, plan, 1.001 * longest, 20.0)

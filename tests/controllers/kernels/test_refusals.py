@@ -15,6 +15,7 @@ import math
 from typing import NamedTuple
 from written_kernels import Point, measure
 
+COUNT = 3
 LARGE = 2**64
 LEAST = -(2**63)
 LIST = [1.0]
@@ -243,3 +244,53 @@ def test_integers_of_real_numbers_are_the_nearest_that_there_are(x, expected, tm
     assert kernel_of("return int(x)", tmp_path, monkeypatch)(x, 2, np.ones(2)) == expected
     rounded = kernel_of("return math.floor(x), math.ceil(x)", tmp_path, monkeypatch)(x, 2, np.ones(2))
     assert rounded == (math.floor(x), math.ceil(x)) if abs(x) < 1e18 else rounded == (expected, expected)
+
+
+@pytest.mark.parametrize(
+    ("lines", "line"),
+    [
+        ("if x > 0.0:\n    y = x\nreturn y", 2),
+        ("if x > 0.0:\n    y = x\nelif x < -1.0:\n    y = -x\nreturn y", 4),
+        ("if x > 0.0:\n    y = x\ny += 1.0\nreturn y", 2),
+        ("for i in range(n):\n    y = x\nreturn y", 2),
+        ("for i in range(n):\n    x += 1.0\nreturn i", 2),
+        ("for i in range(3, 3):\n    y = x\nreturn y", 2),
+        ("for i in range(3):\n    if i == n:\n        break\n    y = x\nreturn y", 4),
+        ("for i in range(3):\n    if i == n:\n        continue\n    y = x\nreturn y", 4),
+        ("while x > 0.0:\n    x -= 1.0\n    y = x\nreturn y", 3),
+        ("for i in range(3):\n    if i > 0:\n        x += y\n    else:\n        y = x\nreturn x", 2),
+        ("while True:\n    if x > 2.0:\n        break\n    y = x\n    x += 1.0\nreturn y", 5),
+        ("if n > 0:\n    if x > 0.0:\n        y = x\n    else:\n        return x\nreturn y", 5),
+        ("for i in range(3):\n    x += 1.0\nreturn x + i", 2),
+    ],
+)
+def test_a_variable_without_a_value_is_refused(lines, line, tmp_path, monkeypatch):
+    with pytest.raises(NotTranslatable, match="has no value here; give it one before the branch or loop") as error:
+        kernel_of(lines, tmp_path, monkeypatch)(1.0, 2, np.ones((2, 3)))
+    assert f".py:{FIRST + line}: kernel: " in str(error.value)
+
+
+@pytest.mark.parametrize(
+    "lines",
+    [
+        "if x > 0.0:\n    y = x\nelse:\n    y = -x\nreturn y",
+        "if x > 0.0:\n    y = x\nelse:\n    return -1.0\nreturn y",
+        "if x <= 0.0:\n    return -1.0\nelif n > 1:\n    y = 2.0\nelse:\n    y = 3.0\nreturn y",
+        "if COUNT == 3:\n    y = x\nreturn y",
+        "if x > 0.0:\n    y = x\ny = 2.0\nreturn y",
+        "if x > 0.0:\n    y = x\n    x = y + 1.0\nreturn x",
+        "for i in range(3):\n    y = x + i\nreturn y",
+        "for i in range(COUNT - 1, -1, -1):\n    y = x + i\nreturn y",
+        "for i in range(3):\n    y = x\n    if i == n:\n        break\n    x += 1.0\nreturn y",
+        "for i in range(3):\n    y = x\n    if i == n:\n        continue\n    x += 1.0\nreturn y",
+        "while True:\n    x += 1.0\n    y = 2.0 * x\n    if x > 9.0:\n        break\nreturn y",
+        "while True:\n    x = x * 0.5\n    if x < 1.0:\n        return x",
+        "while False:\n    x += 1.0\nreturn x",
+        "for i in range(n):\n    y = x\n    x += y\nreturn x",
+        "y = 0.0\nfor i in range(n):\n    y = x\nreturn y",
+    ],
+)
+def test_a_variable_with_a_value_on_every_way_is_read(lines, tmp_path, monkeypatch):
+    kernel = kernel_of(lines, tmp_path, monkeypatch)
+    for x, n in ((1.5, 2), (-0.5, 0), (30.0, 7)):
+        assert kernel(x, n, np.ones((2, 3))) == kernel.py_func(x, n, np.ones((2, 3)))

@@ -1,10 +1,12 @@
-"""What the controllers with an observer have in common."""
+"""Controllers with an observer: what they have in common, and what single ones add."""
 
 import math
 
 import numpy as np
 import pytest
 from inertia_loops import GAINS, INERTIA, OBSERVING, PERIOD, make_observing, response, run_inertia, z_transform
+
+from controllers.observers.inertia_observer import double_pole_gains
 
 observing = pytest.mark.parametrize("name", OBSERVING)
 REST = np.zeros(600)
@@ -67,3 +69,64 @@ def test_nominal_inertia_follows_any_previewed_reference_without_the_feedback(na
     velocity, disturbance = run_inertia(controller, reference, velocity=reference[0])
     assert velocity == pytest.approx(reference, abs=1e-9)
     assert np.max(np.abs(disturbance)) < 1e-8 * np.max(np.abs(np.diff(reference))) * INERTIA / PERIOD
+
+
+def test_estimate_of_a_constant_load_approaches_it_exponentially_whatever_the_periods():
+    """Ohnishi's first-order filter: ``d (1 - exp(-g t))`` at any time, jittered or after gaps."""
+    generator = np.random.default_rng(6)
+    dt = PERIOD * generator.uniform(0.3, 1.7, 60)
+    gaps = np.where(generator.uniform(size=60) < 0.2, math.nan, 0.0)
+    gaps[0] = 0.0
+    _, disturbance = run_inertia(
+        make_observing("DisturbanceObserver", 6.0), np.zeros(60), load=25.0, dt=dt, disturbance=gaps
+    )
+    time = np.concatenate([[0.0], np.cumsum(dt)[:-1]])
+    valid = np.isfinite(gaps)
+    assert np.count_nonzero(~valid) > 5
+    expected = 25.0 * -np.expm1(-2.0 * math.pi * 6.0 * time)
+    assert disturbance[valid] == pytest.approx(expected[valid], rel=1e-9)
+
+
+def test_wrong_inertia_shows_as_a_disturbance_while_the_joint_accelerates():
+    """20 % more inertia than assumed: the missing torque is ``0.2 Jn dw/dt``."""
+    controller = make_observing("DisturbanceObserver", 6.0)
+    ramp = 0.02 * np.arange(1500)
+    velocity, disturbance = run_inertia(controller, ramp, inertia=1.2 * INERTIA)
+    assert disturbance[-1] == pytest.approx(0.2 * INERTIA * 0.02 / PERIOD, rel=1e-6)
+    assert velocity[-1] == pytest.approx(ramp[-1], abs=1e-6)
+
+
+BANDWIDTH = 8.0
+KEPT = math.exp(-2.0 * math.pi * BANDWIDTH * PERIOD)
+
+
+def test_both_poles_are_where_gao_and_miklosovic_put_them():
+    """Error dynamics ``(I - L c) F`` of a current observer of velocity and disturbance."""
+    transition = np.array([[1.0, -PERIOD / INERTIA], [0.0, 1.0]])
+    velocity_gain, disturbance_gain = double_pole_gains(INERTIA, 2.0 * math.pi * BANDWIDTH, PERIOD)
+    polynomial = np.poly((np.eye(2) - [[velocity_gain, 0.0], [-disturbance_gain, 0.0]]) @ transition)
+    assert polynomial == pytest.approx([1.0, -2.0 * KEPT, KEPT**2], rel=1e-12)
+
+
+def test_load_that_rises_steadily_leaves_the_offset_that_two_poles_predict():
+    """An observer with a constant disturbance as its model lags behind a ramp by ``(1 + b)/(1 - b)`` periods."""
+    slope = 0.3  # N m a period
+    load = slope * np.arange(1500)
+    velocity, disturbance = run_inertia(make_observing("ExtendedState", BANDWIDTH), np.zeros(1500), load=load)
+    lag = slope * (1.0 + KEPT) / (1.0 - KEPT)
+    assert load[-1] - disturbance[-1] == pytest.approx(lag, rel=1e-9)
+    # the torque must be the load: Kp (0 - observed velocity) + estimate = load
+    observed = -lag / GAINS[0]
+    velocity_gain, disturbance_gain = double_pole_gains(INERTIA, 2.0 * math.pi * BANDWIDTH, PERIOD)
+    innovation = -slope / disturbance_gain
+    assert velocity[-1] == pytest.approx(observed + (1.0 - velocity_gain) * innovation, rel=1e-9)
+
+
+def test_plant_becomes_an_integrator_so_steps_of_the_reference_are_followed_by_one_pole():
+    """Gao: with the total disturbance cancelled, the loop is ``wc/(s + wc)``; sampled, ``1 - wc Ts``."""
+    controller = make_observing("ExtendedState", BANDWIDTH)
+    reference = np.full(60, 0.3)
+    velocity, disturbance = run_inertia(controller, reference)
+    pole = 1.0 - GAINS[0] * PERIOD / INERTIA
+    assert velocity == pytest.approx(0.3 * (1.0 - pole ** np.arange(60)), abs=1e-12)
+    assert np.max(np.abs(disturbance)) < 1e-10
