@@ -3,7 +3,6 @@
 Every command imports what it needs inside itself, so that ``--help`` answers before numpy or matplotlib are loaded.
 """
 
-import gc
 import multiprocessing
 import signal
 import sys
@@ -30,8 +29,6 @@ from adaptive_ff.errors import InputError
 
 BAD_INPUT, INTERRUPTED, TERMINATED = 2, 130, 128 + signal.SIGTERM
 """Exit statuses, the last of a command that was asked to end."""
-
-GARBAGE = 50_000  # objects more than before after which cycles are looked for; with 700 that is a twentieth of compare
 
 app = typer.Typer(
     help="Adaptive friction-compensating velocity control of robot and machine joints.",
@@ -75,7 +72,7 @@ def main() -> None:
     """Run the command line; bad input ends it with status 2 and one line."""
     if isinstance(sys.stdout, TextIOWrapper):
         sys.stdout.reconfigure(errors="replace")  # a terminal may not know all characters
-    with warnings.catch_warnings(), ending_in_order(), collecting_seldom():
+    with warnings.catch_warnings(), ending_in_order():
         warnings.showwarning = _show_warning
         try:
             status = app(standalone_mode=False)
@@ -107,17 +104,6 @@ def ending_in_order() -> Iterator[None]:
         yield
     finally:
         signal.signal(signal.SIGTERM, default)
-
-
-@contextmanager
-def collecting_seldom() -> Iterator[None]:
-    """Let the garbage collector look for cycles seldom: imports and pictures make many objects, and nearly all stay."""
-    usual = gc.get_threshold()
-    gc.set_threshold(GARBAGE)
-    try:
-        yield
-    finally:
-        gc.set_threshold(*usual)
 
 
 def _end(number: int, frame: FrameType | None) -> None:
