@@ -34,6 +34,7 @@ def result(tmp_path_factory):
     return folder, outcome
 
 
+@pytest.mark.usefixtures("result")  # a first run says that it compiles
 def test_values_that_no_machine_has_are_refused_in_a_line(tmp_path):
     log = write_log(tmp_path / "log.csv", period=0.005)
     for option, value in (("--stribeck-velocity", "-1"), ("--band", "0"), ("--memory", "0"), ("--inertia", "nan")):
