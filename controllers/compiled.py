@@ -12,7 +12,6 @@ from collections.abc import Callable, Hashable
 from functools import cache
 from typing import Any, NamedTuple, TypeVar
 
-from controllers.kernels.cache_directory import BUILT
 from controllers.kernels.compiler import NoCompiler, compiler
 from controllers.kernels.entry import entry_text, symbol_of
 from controllers.kernels.language import NotTranslatable
@@ -48,7 +47,7 @@ def compiles() -> bool:
     """
     if os.environ.get("ADAPTIVE_FF_COMPILE", "") == "0":
         return False
-    if BUILT.is_dir() or compiler() is not None:
+    if is_kept() or compiler() is not None:  # where some are compiled already nothing needs to try a compiler
         return True
     warnings.warn(f"{NO_COMPILER}; kernels run as plain Python, some hundred times slower", stacklevel=2)
     return False

@@ -77,8 +77,8 @@ def loaded(key: Hashable, symbol: str, write: Writer) -> Loaded:
     return _LOADED[key]
 
 
-def is_kept(name: str) -> bool:
-    """Tell whether a kernel of a name has been compiled for any arguments, by this process or an earlier one."""
+def is_kept(name: str = "*") -> bool:
+    """Tell whether a kernel (of a name) has been compiled for any arguments, by this process or an earlier one."""
     return any(any(folder.glob(f"{name.strip('_')}_*.record")) for folder in folders())
 
 
@@ -163,9 +163,9 @@ def stepper() -> Any:
     """Return the extension; None where it cannot be had, and ctypes does the same more slowly."""
     name = f"_stepper-{hashlib.sha256(STEPPER.read_bytes()).hexdigest()[:16]}.so"
     library = next((folder / name for folder in folders() if (folder / name).exists()), cache_directory() / name)
-    include = sysconfig.get_path("include")
     try:
         if not library.exists():
+            include = sysconfig.get_path("include")
             if not Path(include, "Python.h").exists():
                 return None
             compile_files([STEPPER], library, [*EXTENSION_FLAGS, f"-I{include}"])

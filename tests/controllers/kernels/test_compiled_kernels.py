@@ -79,6 +79,10 @@ def test_without_a_compiler_kernels_run_as_python_and_one_line_says_so(kernels):
     assert errors.count("pip install ziglang") == 1
 
 
+def test_what_has_been_compiled_needs_no_compiler(kernels):
+    assert running(kernels).communicate() == running(kernels, CC="no-such-compiler").communicate() == ("6.0 40.0\n", "")
+
+
 def test_a_step_in_python_is_called_back_and_its_error_is_raised_behind_the_loop():
     seen = []
 
