@@ -1,24 +1,20 @@
-"""Processes, or two threads, that work for a command, and end when it does."""
+"""Processes that work for a command, and end when it does."""
 
 import multiprocessing
 import os
 import signal
 import threading
 from collections.abc import Callable
-from concurrent.futures import Executor, ProcessPoolExecutor, ThreadPoolExecutor
+from concurrent.futures import ProcessPoolExecutor
 from multiprocessing.connection import wait
 
 
-def pool_of_workers(workers: int | None = None, *, threads: bool = False) -> Executor:
+def pool_of_workers(workers: int | None = None) -> ProcessPoolExecutor:
     """Return a pool of processes, by default one for each processor, that end with this one however it ends.
 
-    A process that is killed cannot tell its workers, which then would work, or wait, for ever. Two workers are threads
-    where ``threads`` says so.
+    A process that is killed cannot tell its workers, which then would work, or wait, for ever.
     """
-    workers = workers or os.cpu_count() or 1
-    if threads and workers <= 2:
-        return ThreadPoolExecutor(workers)
-    return ProcessPoolExecutor(workers, initializer=end_with_parent)
+    return ProcessPoolExecutor(workers or os.cpu_count(), initializer=end_with_parent)
 
 
 def end_with_parent() -> None:

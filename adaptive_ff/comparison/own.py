@@ -265,13 +265,13 @@ def own_marks(own: Mapping[str, Own]) -> dict[str, str | None]:
     return {name: f"{one}{digests[name]}" if name in files else None for name, one in own.items()}
 
 
-def workers_for(own: Mapping[str, Own]) -> dict[str, Any]:
-    """Return by what a study runs own controllers: one worker where no other process can be sent them.
+def workers_for(own: Mapping[str, Own]) -> int | None:
+    """Return how many workers run a study: one where another process cannot be sent the own controllers, else None.
 
-    What is defined in a function or a lambda cannot be sent. Without own controllers two workers may be threads.
+    What is defined in a function or a lambda cannot be sent.
     """
     try:
         pickle.dumps(dict(own))
     except Exception:
-        return {"workers": 1}
-    return {"threads": not own}
+        return 1
+    return None

@@ -89,8 +89,8 @@ def run_matrix(
         [*controllers, *own],
         store=Store(folder / "runs.jsonl", code_digest(), own_marks(own)),
         executor=executor,
+        workers=workers_for(own),
         progress=progress,
-        **workers_for(own),
     )
     return {job: {name: found[keys[job]][name] for name in (*controllers, *own)} for job in jobs}
 

@@ -24,14 +24,13 @@ def run_study(
     store: "Store | None" = None,
     executor: Executor | None = None,
     workers: int | None = None,
-    threads: bool = False,
     progress: Callable[[float], None] | None = None,
 ) -> dict[str, Found]:
     """Run controllers on cases, here or by an executor such as that of a cluster; results by case and controller.
 
     The function and the cases must be picklable where other processes do it. The keys of the cases are unique and stay
     the same from one call to the next: what the store holds is not run again. With one worker all is done in this
-    process; two may be threads, since most of a case is a compiled loop, which releases the lock of the interpreter.
+    process.
     """
     results: dict[str, Found] = {key: {} if store is None else store.read(key, controllers) for key in cases}
     missing = {key: [name for name in controllers if name not in found] for key, found in results.items()}
@@ -53,7 +52,7 @@ def run_study(
     others = list(missing)[alone:]
     if not others:
         return results
-    pool = pool_of_workers(workers, threads=threads) if executor is None else executor
+    pool = pool_of_workers(workers) if executor is None else executor
     try:
         futures = {pool.submit(function, cases[key], missing[key]): key for key in others}
         for future in as_completed(futures):

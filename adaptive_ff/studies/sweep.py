@@ -192,8 +192,8 @@ def sweep(
         list(dict.fromkeys([*CONTROLLERS, *further, *own])),
         store=store,
         executor=executor,
+        workers=workers_for(own),
         progress=progress,
-        **workers_for(own),
     )
     metrics = {
         key: {name: Metrics(**figures) for name, figures in one.items() if name and figures is not None}

@@ -167,18 +167,16 @@ AdaptiveController(1200.0, 5000.0, 0.01, **joint).step(0.1, 0.0)
 
 
 def sweeping() -> dict[str, float]:
-    """Time a sweep of joints with one worker, two threads and two processes."""
+    """Time a sweep of joints with one worker and two."""
     draw, names = partial(run_draw, load_scenario(), 1, {}), ["pi", "oracle", "adaptive"]
     cases = {str(number): number for number in range(DRAWS)}
-    ways = {"one": (1, False), "threads": (2, True), "processes": (2, False)}
 
-    def sweep(workers: int, threads: bool, _: int) -> None:
-        run_study(draw, cases, names, workers=workers, threads=threads)
+    def sweep(workers: int, _: int) -> None:
+        run_study(draw, cases, names, workers=workers)
 
-    times = in_turn({name: partial(sweep, *way) for name, way in ways.items()}, 3)
-    figures = {name: one["median"] for name, one in times.items()}
-    one = figures["one"]
-    return figures | {"ratio": figures["threads"] / one, "of_processes": figures["processes"] / one}
+    times = in_turn({"one": partial(sweep, 1), "two": partial(sweep, 2)}, 3)
+    one, two = (times[name]["median"] for name in ("one", "two"))
+    return {"one": one, "two": two, "ratio": two / one}
 
 
 def installed() -> dict[str, float]:

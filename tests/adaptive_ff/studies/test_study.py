@@ -1,5 +1,6 @@
 """The engine: what runs, what is kept, and where it runs."""
 
+import os
 import threading
 
 import pytest
@@ -84,9 +85,10 @@ def test_a_file_that_cannot_be_written_is_named(tmp_path):
         run_study(Counting(), CASES, ["pi"], store=Store(tmp_path / "taken" / "runs.jsonl", "now"), workers=1)
 
 
-def test_two_workers_are_threads_where_a_study_says_so():
-    def thread(case, names):
-        return {"": threading.current_thread() is threading.main_thread(), **dict.fromkeys(names, 0)}
+def process(case, names):
+    return {"": os.getpid(), **dict.fromkeys(names, 0)}
 
-    found = run_study(thread, CASES, ["pi"], workers=2, threads=True)
-    assert [one[""] for one in found.values()] == [True, False, False, False]
+
+def test_two_workers_are_processes_that_run_all_but_the_first():
+    found = run_study(process, CASES, ["pi"], workers=2)
+    assert [one[""] == os.getpid() for one in found.values()] == [True, False, False, False]
