@@ -1,6 +1,7 @@
 """Symmetric matrices as their lower triangle, row by row: half the memory, and nothing to keep symmetric."""
 
 import math
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -14,14 +15,18 @@ def row_of(i: int) -> int:
     return natural(i) * (natural(i) + 1) // 2
 
 
+lower_triangle = cache(np.tril_indices)
+"""Rows and columns of the elements of a triangle, by the size of the matrix."""
+
+
 def packed(matrix: Any) -> MutableArray:
     """Return the lower triangle of a matrix."""
-    return np.ascontiguousarray(matrix[np.tril_indices(len(matrix))])
+    return np.ascontiguousarray(matrix[lower_triangle(len(matrix))])
 
 
 def unpacked(triangle: Any) -> MutableArray:
     """Return the symmetric matrix of a triangle."""
     size = math.isqrt(2 * len(triangle))
     matrix = np.zeros((size, size))
-    matrix[np.tril_indices(size)] = triangle
+    matrix[lower_triangle(size)] = triangle
     return matrix + np.tril(matrix, -1).T

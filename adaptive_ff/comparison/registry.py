@@ -8,7 +8,7 @@ take it as arguments. Two rates are slower than the best of that search, which a
 import inspect
 import math
 from collections.abc import Callable, Mapping
-from functools import lru_cache, partial
+from functools import cache, lru_cache, partial
 from typing import Any
 
 import scipy
@@ -68,6 +68,10 @@ With 2 the observers alone are up to 1.7 times worse with a fine encoder and its
 """
 
 
+arguments_of = cache(lambda kind: frozenset(inspect.signature(kind).parameters))
+"""Names of the arguments of a class of controllers."""
+
+
 def made_for(scenario: Scenario, kind: Callable[..., Any], **given: Any) -> Any:
     """Make a controller with those of its arguments that the loop of a scenario knows, and further ones."""
     proportional, integral = scenario.feedback.gains
@@ -80,7 +84,7 @@ def made_for(scenario: Scenario, kind: Callable[..., Any], **given: Any) -> Any:
         "delay": scenario.assumed_delay,
         "velocity_lag": scenario.velocity_lag,
     }
-    names = inspect.signature(kind).parameters
+    names = arguments_of(kind)
     return kind(**{name: value for name, value in known.items() if name in names and value is not None} | given)
 
 
