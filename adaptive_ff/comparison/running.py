@@ -1,6 +1,7 @@
 """A controller of any kind driven over a setup: compiled where it has kernels, else in plain Python."""
 
 import copy
+import os
 from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
@@ -12,6 +13,7 @@ from adaptive_ff.simulation.loop import run_controller, run_in_memory, run_plain
 from controllers import CalledBack, Controller
 from controllers.compiled import compiles
 from controllers.interface import feedback_state
+from controllers.kernels.types import members, type_of
 
 PART = 20_000  # samples between two reports of progress
 
@@ -63,10 +65,14 @@ def drive_over(
 
 
 def compile_together(controllers: Iterable[Any], setup: RunSetup) -> None:
-    """Compile what the runs of controllers over a setup need, on all processors at once: runs of no sample do it."""
+    """Compile what the runs of controllers over a setup need, on all processors at once: runs of no sample do it.
+
+    Longest processing time first (Graham's rule): the more parameters a kernel has, the longer a compiler takes.
+    """
     if compiles():
         own = [each for each in controllers if isinstance(each, Controller)]
-        with ThreadPoolExecutor(max(1, len(own))) as pool:  # most wait for a compiler, or for another one's kernels
+        own.sort(key=lambda each: members(type_of(each.parameters)), reverse=True)
+        with ThreadPoolExecutor(os.cpu_count()) as pool:
             list(pool.map(lambda each: Drive(copy.deepcopy(each), setup).advance(0), own))
 
 
