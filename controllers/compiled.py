@@ -49,16 +49,15 @@ def compiles() -> bool:
         return False
     if is_kept() or compiler() is not None:  # where some are compiled already nothing needs to try a compiler
         return True
-    warnings.warn(f"{NO_COMPILER}; kernels run as plain Python, some hundred times slower", stacklevel=2)
+    remedy = "there is no C compiler: install one, or pip install ziglang"
+    warnings.warn(f"{remedy}; kernels run as plain Python, some hundred times slower", stacklevel=2)
     return False
-
-
-NO_COMPILER = "there is no C compiler: install one, or pip install ziglang"
 
 
 def is_cached(entry: Any) -> bool:
     """Tell whether an entry point has been compiled for any arguments, in this process or an earlier one."""
-    return not isinstance(entry, Compiled) or entry.is_made()  # of what is not compiled there is nothing to wait for
+    made = not isinstance(entry, Compiled) or entry._known  # of what is not compiled there is nothing to wait for
+    return bool(made) or is_kept(entry.py_func.__name__)
 
 
 class _Made(NamedTuple):
@@ -97,10 +96,6 @@ class Compiled:
             return given.value_with_arrays_of(taken)
         except KeyError:
             raise self._error("gives back an array that is no argument; return its elements or the whole one") from None
-
-    def is_made(self) -> bool:
-        """Tell whether it has been compiled, for any kinds of arguments, in this process or an earlier one."""
-        return bool(self._known) or is_kept(self.py_func.__name__)
 
     def _made(self, arguments: tuple[Any, ...]) -> _Made | None:
         """Return the compiled kernel for kinds of arguments; none where it cannot be compiled on this machine."""

@@ -15,8 +15,7 @@ def row_of(i: int) -> int:
     return natural(i) * (natural(i) + 1) // 2
 
 
-lower_triangle = cache(np.tril_indices)
-"""Rows and columns of the elements of a triangle, by the size of the matrix."""
+lower_triangle = cache(np.tril_indices)  # rows and columns of the elements, by the size of the matrix
 
 
 def packed(matrix: Any) -> MutableArray:

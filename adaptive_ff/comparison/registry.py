@@ -51,6 +51,7 @@ from adaptive_ff.simulation.experiment import build_setup
 from controllers import DisturbanceObserver, ExtendedState, KalmanDisturbance, ObserverDesign, SuperTwisting
 from controllers.design.observer_design import SLOWEST
 
+signature = cache(inspect.signature)  # of the class of a controller
 Settings = Callable[..., dict[str, Any]]  # arguments of a controller by name, for a scenario
 PAPER_MEMORY = 3.0  # memory of ``adaptive_paper``, s, where the scenario gives none
 REACHES = (0.03, 0.1, 0.3, 1.0, 3.0, 10.0, 30.0)  # of the stop operators, over ``assumed_displacement``
@@ -68,10 +69,6 @@ With 2 the observers alone are up to 1.7 times worse with a fine encoder and its
 """
 
 
-arguments_of = cache(lambda kind: frozenset(inspect.signature(kind).parameters))
-"""Names of the arguments of a class of controllers."""
-
-
 def made_for(scenario: Scenario, kind: Callable[..., Any], **given: Any) -> Any:
     """Make a controller with those of its arguments that the loop of a scenario knows, and further ones."""
     proportional, integral = scenario.feedback.gains
@@ -84,7 +81,7 @@ def made_for(scenario: Scenario, kind: Callable[..., Any], **given: Any) -> Any:
         "delay": scenario.assumed_delay,
         "velocity_lag": scenario.velocity_lag,
     }
-    names = arguments_of(kind)
+    names = signature(kind).parameters
     return kind(**{name: value for name, value in known.items() if name in names and value is not None} | given)
 
 

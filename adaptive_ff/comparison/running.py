@@ -65,12 +65,10 @@ def drive_over(
 
 
 def compile_together(controllers: Iterable[Any], setup: RunSetup) -> None:
-    """Compile what the runs of controllers over a setup need, on all processors at once: runs of no sample do it.
-
-    Longest processing time first (Graham's rule): the more parameters a kernel has, the longer a compiler takes.
-    """
+    """Compile what the runs of controllers over a setup need, on all processors at once: runs of no sample do it."""
     if compiles():
         own = [each for each in controllers if isinstance(each, Controller)]
+        # longest processing time first: the more parameters a kernel has, the longer a compiler takes
         own.sort(key=lambda each: members(type_of(each.parameters)), reverse=True)
         with ThreadPoolExecutor(os.cpu_count()) as pool:
             list(pool.map(lambda each: Drive(copy.deepcopy(each), setup).advance(0), own))

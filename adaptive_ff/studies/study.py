@@ -29,8 +29,7 @@ def run_study(
     """Run controllers on cases, here or by an executor such as that of a cluster; results by case and controller.
 
     The function and the cases must be picklable where other processes do it. The keys of the cases are unique and stay
-    the same from one call to the next: what the store holds is not run again. With one worker all is done in this
-    process.
+    the same from one call to the next: what the store holds is not run again. One worker is this process.
     """
     results: dict[str, Found] = {key: {} if store is None else store.read(key, controllers) for key in cases}
     missing = {key: [name for name in controllers if name not in found] for key, found in results.items()}

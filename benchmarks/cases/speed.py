@@ -170,11 +170,8 @@ def sweeping() -> dict[str, float]:
     """Time a sweep of joints with one worker and two."""
     draw, names = partial(run_draw, load_scenario(), 1, {}), ["pi", "oracle", "adaptive"]
     cases = {str(number): number for number in range(DRAWS)}
-
-    def sweep(workers: int, _: int) -> None:
-        run_study(draw, cases, names, workers=workers)
-
-    times = in_turn({"one": partial(sweep, 1), "two": partial(sweep, 2)}, 3)
+    sweep = partial(run_study, draw, cases, names)
+    times = in_turn({"one": lambda _: sweep(workers=1), "two": lambda _: sweep(workers=2)}, 3)
     one, two = (times[name]["median"] for name in ("one", "two"))
     return {"one": one, "two": two, "ratio": two / one}
 

@@ -137,10 +137,10 @@ def test_other_values_are_refused(value):
 SCRIPT = """
 import sys
 sys.path.insert(0, sys.argv[1])
-from controllers.compiled import compiled
+from controllers.compiled import compiled, is_cached
 from edited import kernel
 entry = compiled(kernel)
-made = entry.is_made()
+made = is_cached(entry)
 print(made, entry(2.0))
 """
 
@@ -173,7 +173,7 @@ def test_a_module_that_is_loaded_anew_has_its_new_code_at_once(tmp_path, monkeyp
 
 OWN_SCRIPT = """
 from typing import NamedTuple
-from controllers.compiled import compiled
+from controllers.compiled import compiled, is_cached
 
 class Own(NamedTuple):
     number: float
