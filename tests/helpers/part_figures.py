@@ -1,6 +1,9 @@
 """Figures of parts: joints and controllers along made-up inputs, designs, fits, kernels in C, functions of numbers."""
 
+import inspect
+import json
 import math
+import re
 from dataclasses import asdict
 from functools import partial
 from tempfile import TemporaryDirectory
@@ -14,9 +17,11 @@ from synthetic_logs import make_log, sines_log
 
 import adaptive_ff
 import controllers
+import plant
 from adaptive_ff.export.sample import made_up_inputs
-from adaptive_ff.friction.model import WITH_GRAVITY
-from adaptive_ff.identify.scenario_text import scenario_text
+from adaptive_ff.friction.model import PER_DIRECTION, WITH_GRAVITY, WITH_OFFSET
+from adaptive_ff.identify.first_estimate import first_estimate
+from adaptive_ff.identify.scenario_text import reference_columns, scenario_text
 from adaptive_ff.identify.simulators import ENDINGS
 from adaptive_ff.report.log_words import details, verdict_lines
 from adaptive_ff.simulation.metrics import rms
@@ -26,6 +31,7 @@ from controllers.kernels.types import type_of
 from controllers.kernels.unit import Unit
 from plant import CHANGE_JOINT, SCALE_JOINT, SENSED_VELOCITY, Joint, JointChange
 from plant import kinds as joints
+from tests.test_refused_arguments import NUMBERS, call, each, of_kind
 
 CURVE = {"inertia": 20.0, "coulomb": 60.0, "stiction": 90.0, "viscous": 80.0, "stribeck_velocity": 0.05}
 TWO_SIDED = {"coulomb_backward": 50.0, "stiction_backward": 70.0, "viscous_backward": 95.0, "offset": 4.0}
@@ -45,6 +51,10 @@ KINDS = {
     "elasto_plastic": (joints.ElastoPlasticJoint, {"presliding": 0.001, "friction_lag": 0.01}),
 }
 """Kinds of joints, and what they need beside the curve."""
+UNSUITABLE = [("solver_period", period) for period in (0.003, 0.01, 0.1, 1.0)]
+UNSUITABLE += [("coulomb", 0.0), ("coulomb_backward", 0.0), ("coulomb_backward", 91.0), ("stribeck_shape", 0.7)]
+UNSUITABLE += [("stiction", 59.0), ("stiction_backward", 49.0), ("motor", 1.0), ("shares", 4 * [0.5])]
+UNSUITABLE += [("displacements", one) for one in ([1e-3, 1e-3, 2e-3, 3e-3], [1e-3, 2e-3, 3e-3])]
 
 
 def numbers(value, name=""):
@@ -74,8 +84,8 @@ def joint_figures(name):
         parameters = type(joint._parameters)
         found |= dict(numbers(CHANGE_JOINT[parameters](joint._parameters, change)._asdict(), f"{label} changed"))
         found |= dict(numbers(SCALE_JOINT[parameters](joint._parameters, 1.3)._asdict(), f"{label} scaled"))
-        for refused in (0.003, 0.01, 0.1, 1.0):
-            found[f"{label} {refused}"] = words_of(kind, **{**CURVE, **further, **changes, "solver_period": refused})
+        for field, value in UNSUITABLE:
+            found[f"{label} {field} {value}"] = words_of(kind, **{**CURVE, **further, **changes, field: value})
     return found
 
 
@@ -83,7 +93,7 @@ def words_of(function, *arguments, **named):
     """Return a digest of what a function gives, or what it refuses with."""
     try:
         value = function(*arguments, **named)
-    except (ValueError, TypeError) as error:
+    except (ValueError, TypeError, ArithmeticError) as error:
         return str(error).rpartition("Value error, ")[2].partition(" [type=")[0]  # of a table, without its frame
     return digest(plain(value)) if not hasattr(value, "model_dump") else "accepted"
 
@@ -235,9 +245,58 @@ def identified_figures(name):
     log, options = LOGS[name]
     found = adaptive_ff.identify_log(log(), **options)
     texts = {kind: words_of(found.simulator, kind, gear_ratio=3.0) for kind in ENDINGS}
-    texts |= {"scenario": words_of(scenario_text, found, "reference.csv")}
+    texts |= {
+        "scenario": words_of(lambda: re.sub(r"_noise = \S+", "", scenario_text(found, "reference.csv")))
+    }  # roundings
+    texts |= {"reference": digest(plain(reference_columns(found)))}
+    texts |= {f"first {constant}": words_of(first_estimate, found, constant) for constant in (None, 1.7)}
     texts |= {"verdict": " | ".join(verdict_lines(found)), "details": " | ".join(details(found))}
     return dict(numbers(found.to_dict())) | texts
+
+
+def leaves(content, name=""):
+    """Yield list or table, key and full name of the numbers in content of JSON, of each list the first and last."""
+    for key in content if isinstance(content, dict) else sorted({0, len(content) - 1}):
+        if isinstance(content[key], dict | list):
+            yield from leaves(content[key], f"{name} {key}") if content[key] else ()
+        else:
+            yield content, key, f"{name} {key}"
+
+
+def restored_figures(make):
+    """Return digests of what is said of a saved state with another number in one place, by place."""
+    controller = make()
+    for row in made_up_inputs(controller.period, 40, seed=104):
+        controller.step_plain(controllers.Inputs(*row.tolist()))
+    saved, found = json.loads(controller.state_to_json()), {}
+    for content, key, name in leaves(saved):
+        known, said = content[key], []
+        for content[key] in (0, -1.0, 5, 1e9, -1e18, None):
+            said.append(words_of(controller.state_from_json, json.dumps(saved)))
+        found[name], content[key] = digest(said), known
+    return found
+
+
+LADDER = (-1e3, -1, 0.0, 1e-9, 1e-3, 0.05, 0.3, 0.5, 1, 1.5, 2, 5, 10, 11, 20, 21, 100, 1e3, 1e5, 1e6, 1e12, 1e200)
+SLOW_NAMES = (
+    "Comparison Disturbance.gains Joint.step Repetitive compare design export_ fastest fit_ identify_ kalman_ read_"
+)
+SLOW_NAMES += " run_in simulate systems"
+
+
+def argument_figures():
+    """Return digests of what comes of numbers of all sizes, for each argument of what is public."""
+    found = {}
+    for name in of_kind(*NUMBERS):
+        for argument in () if any(one in name for one in SLOW_NAMES.split()) else each(name, *NUMBERS):
+            found[f"{name} {argument}"] = digest([words_of(call, name, **{argument: value}) for value in LADDER])
+    return found
+
+
+def documented_figures():
+    """Return digests of documentation that is put together."""
+    kinds = plant.Sensor, plant.Actuator, plant.JointModel, controllers.DisturbanceObserver, controllers.SuperTwisting
+    return {one.__name__: digest([str(one.__doc__), str(inspect.signature(one))]) for one in kinds}
 
 
 def tables(estimates):
@@ -253,8 +312,6 @@ GIVEN |= {"body": BODY, "point": BODY.at, "circle": written_kernels.Circle(2.0),
 
 def written_figures():
     """Return digests of what kernels of all that their language has become in C."""
-    import inspect
-
     found = {}
     for name, kernel in vars(written_kernels).items():
         if not inspect.isfunction(kernel) or kernel.__module__ != written_kernels.__name__:
@@ -321,12 +378,48 @@ REFUSED = [
 """What no scenario may be made of, as changes of the built-in one."""
 
 
+GAINS = {"proportional": 125.6, "integral": 1580.0, "inertia": 2.0, "stribeck_velocity": 0.05}
+BEHIND = {**GAINS, "preceding": ["elbow"]}
+UNUSABLE = [
+    *(
+        {"model": FIRST["model"]._replace(**one)}
+        for one in ({"inertia": 1.9}, {"coulomb": -1.0}, {"viscous": math.nan})
+    ),
+    *({"model": one} for one in ({"coulomb": 3.0}, {"inertia": 20.0, "colomb": 3.0})),
+    *({**FIRST, "deviation": one} for one in ({"inertia": math.nan}, {"mass": 1.0})),
+    *({"position_hats": count, "position_map": [0.1] * 3} for count in (0, 3)),
+    *({one: [-1.0, 0.0]} for one in ("position_range", "position_periods", "ripple_periods")),
+    *({"ripple_periods": [1.0], "regressors": count} for count in (18, 19)),
+    {"map_deviation": -1.0},
+    {"position_hats": 1},
+]
+JOINTS = [
+    *({"a": 3}, {"a": {**GAINS, "preceding": ["b"]}}, {"shoulder": GAINS, "elbow": BEHIND}),
+    *({"a": {**GAINS, "identify": one}} for one in ("all", ["offset"])),
+    *({"a": {**GAINS, "preceding": one}} for one in ("a", ["a"])),
+    *({"a": {**GAINS, one: -1.0}} for one in ("inertia", "regressors", "torque_limit", "period", "parameters", "mass")),
+    *({"shoulder": GAINS, "elbow": {**GAINS, "preceding": ["shoulder"]}, one: BEHIND} for one in ("wrist", "shoulder")),
+]
+TABLES = [{}, {"period": 0.01}, *({"period": 0.01, "joints": one} for one in (1, {}, *JOINTS))]
+TABLES += [{"period": period, "joints": {"a": GAINS}, **more} for period, more in ((0.0, {}), (0.01, {"gain": 1.0}))]
+NOT_IDENTIFIED = [{"bandwidth": 200.0}, {"torque_delay": math.inf}, {"model": "lugre"}, {"load_friction": True}]
+NOT_IDENTIFIED += [{"position_hats": 1}, {"position_periods": (0.0,)}, {"confidence": 1.0}, {"held_out": 1.0}]
+
+
 def refused_figures():
-    """Return what is said of scenarios that cannot be, by what is changed."""
-    return {str(changes): words_of(SCENARIO.modified, **changes) for changes in REFUSED}
+    """Return what is said of scenarios, first models, groups of joints and options that cannot be, by what is given."""
+    found = {str(changes): words_of(SCENARIO.modified, **changes) for changes in REFUSED}
+    found |= {str(one): words_of(adaptive, WITH_OFFSET, **one) for one in UNUSABLE}
+    found |= {str(one): words_of(adaptive_ff.JointGroup.from_table, one) for one in TABLES}
+    log = make_log(14.0, 0.01)
+    return found | {f"log {one}": words_of(adaptive_ff.identify_log, log, **one) for one in NOT_IDENTIFIED}
 
 
-ROOMS = ("plant", "controllers", "adaptive_ff.friction", "adaptive_ff.learning", "adaptive_ff.adaptive")
+ROOMS = (
+    "plant",
+    "controllers",
+    *(f"adaptive_ff.{one}" for one in ["friction", "learning", "adaptive", "identify", "simulation"]),
+)
 
 STEPPED = (*NAMES, "adaptive_unsupervised")
 """Controllers that are made without a run of identification or tuning."""
@@ -336,6 +429,8 @@ MADE = {
     **{f"{name} late": partial(made, name, DELAYED) for name in STEPPED},
     **{f"adaptive with {name}": partial(adaptive, WITH_GRAVITY, **options) for name, options in OPTIONS.items()},
 }
+
+RESTORED = {"directions": partial(adaptive, PER_DIRECTION, 1.5, 0.004), "paper": MADE["adaptive_paper late"]}
 
 PARTS = {
     **{f"joint {name}": (joint_figures, (name,)) for name in KINDS},
@@ -347,4 +442,7 @@ PARTS = {
     "kernels in C": (written_figures, ()),
     **{f"functions of {room}": (digests, (room,)) for room in ROOMS},
     "designs": (design_figures, ()),
+    "arguments": (argument_figures, ()),
+    "documentation": (documented_figures, ()),
+    **{f"restored {name}": (restored_figures, (make,)) for name, make in RESTORED.items()},
 }

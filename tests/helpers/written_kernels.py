@@ -107,6 +107,22 @@ def branches(a, n):
     return value * kind
 
 
+def nested(a, b, n):
+    """Choices within the tests of others, and branches within what another one leaves."""
+    found = 1.0 if (a > 0.0 if b > 0.0 else a < b) else (2.0 if n > 1 else a)
+    for i in range(n):
+        if i > 1 and (b > a or a > 2.0):
+            found += a if found > b else -b
+        else:
+            # comments stand where they stood
+            found -= b
+            if found < -a:
+                found = abs(found) if -(a + b) < a - (b - a) <= n else found * 0.5
+        while found > (2.0 if b > 0.0 else 1.0) and found < 1e3:
+            found *= 0.25
+    return found, -(a - b), not (a > b) or (b > 1.0 and a > 1.0)
+
+
 def chosen(flag, body):
     point = body.at if flag else Point(1.0, 2.0)
     row = body.row if flag else body.table[0]

@@ -110,27 +110,6 @@ def test_presliding_is_rate_independent(kind):
     assert follow(joint, path, 1e-1) == pytest.approx(follow(joint, path, 1e-4), rel=1e-9, abs=1e-9)
 
 
-@pytest.mark.parametrize(
-    ("kinds", "field", "value", "message"),
-    [
-        (CARRIED, "coulomb", 0.0, "coulomb = 0 N m is not allowed for a joint of the kind"),
-        (CARRIED, "coulomb_backward", 0.0, "coulomb_backward = 0 N m is not allowed for a joint of the kind"),
-        (("maxwell", "rolling", "elasto_plastic"), "stribeck_shape", 0.7, "stribeck_shape = 0.7 is not allowed"),
-        (KINDS, "stiction", 59.0, "stiction = 59 N m is less than coulomb = 60 N m"),
-        (("stribeck",), "stiction_backward", 59.0, "stiction_backward = 59 N m is less than coulomb_backward = 60 N m"),
-        (("stribeck",), "coulomb_backward", 91.0, "stiction_backward = 90 N m is less than coulomb_backward = 91 N m"),
-        (KINDS, "motor", 1.0, "motor"),
-        (("maxwell",), "shares", [0.5, 0.5, 0.5, 0.5], "their sum is 2, not one"),
-        (("maxwell",), "displacements", [1e-3, 1e-3, 2e-3, 3e-3], "they must ascend strictly"),
-        (("maxwell",), "displacements", [1e-3, 2e-3, 3e-3], "at least 4 items"),
-    ],
-)
-def test_fields_that_do_not_suit_a_kind_are_refused(kinds, field, value, message):
-    for kind in kinds:
-        with pytest.raises(ValidationError, match=message):
-            type(MODELS[kind])(**{**MODELS[kind].model_dump(), field: value})
-
-
 def test_the_longest_solver_period_is_named_and_accepted(model):
     with pytest.raises(ValidationError, match="solver_period = 1 s is too long for this joint") as caught:
         type(model)(**{**model.model_dump(), "solver_period": 1.0})

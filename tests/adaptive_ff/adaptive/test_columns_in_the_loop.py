@@ -7,7 +7,6 @@ import pytest
 from closed_loops import SCENARIO
 
 from adaptive_ff import WITH_OFFSET, AdaptiveController, simulate
-from adaptive_ff.adaptive.arguments import MOST_REGRESSORS
 from adaptive_ff.report.diagnosis import map_sentences
 from tests.helpers.driven_joint import drive, known_position, make, reference_joint, rms
 
@@ -64,20 +63,3 @@ def test_friction_over_position_is_learnt_fed_and_told(asked):
         assert np.max(np.abs(learnt.factor - truth)) < 0.15
         (said,) = map_sentences(learnt)
         assert "repeats every 1 rad" in said
-
-
-@pytest.mark.parametrize(
-    ("options", "message"),
-    [
-        ({"position_map": [0.1]}, r"^position_map is not allowed without position_periods or position_hats"),
-        ({"position_hats": 3, "position_map": [0.1] * 3}, r"^position_map is not allowed without a model that has"),
-        ({"position_hats": 1}, r"^position_hats = 1 is not allowed"),
-        ({"position_range": [0.0, 1.0]}, r"^position_range = \[0.0, 1.0\] is not allowed without position_hats"),
-        ({"ripple_periods": [-1.0]}, r"^ripple_periods = \[-1.0\] is not allowed"),
-        ({"ripple_periods": [1.0], "regressors": 20}, rf"must be {MOST_REGRESSORS - 2} at most"),
-        ({"map_deviation": -1.0}, r"^map_deviation = -1 is not allowed"),
-    ],
-)
-def test_what_cannot_be_is_refused(options, message):
-    with pytest.raises(ValueError, match=message):
-        make(**options)

@@ -246,44 +246,6 @@ def test_group_from_a_file(tmp_path):
         JointGroup.from_toml(tmp_path / "gone.toml")
 
 
-def joint_a(**changed):
-    return {"period": PERIOD, "joints": {"a": {**JOINT, **changed}}}
-
-
-TANGLED = r"\.preceding = \['elbow'\] is not allowed: shoulder precedes elbow; it must be"
-
-
-def behind_elbow(name):
-    return {**ARM, "joints": {**ARM["joints"], name: {**JOINT, "preceding": ["elbow"]}}}
-
-
-@pytest.mark.parametrize(
-    ("table", "message"),
-    [
-        ({"period": PERIOD}, r"^joints is missing"),
-        ({"period": PERIOD, "joints": {}}, r"^joints = \{\} is not allowed"),
-        ({"period": PERIOD, "joints": {"a": 3}}, r"^a = 3 is not allowed: it must be a table of settings"),
-        ({**joint_a(), "gain": 1.0}, r"^gain is not allowed"),
-        (joint_a(inertia=-1.0), r"^a: inertia = -1.0 is not allowed"),
-        (joint_a(torque_limit="x"), r"^a: torque_limit = 'x' is not allowed"),
-        (joint_a(regressors=-1), r"^a: regressors = -1 is not allowed"),
-        (joint_a(preceding=["b"]), r"^preceding: 'b' is not a joint"),
-        (joint_a(preceding=["a"]), r"^a\.preceding = \['a'\] is not allowed"),
-        (joint_a(preceding="a"), r"^a\.preceding = 'a' is not allowed"),
-        (joint_a(identify="all"), r"^a\.identify = 'all' is not allowed"),
-        (joint_a(identify=["offset"]), r"^a\.identify = \['offset'\] is not"),
-        (joint_a(period=0.1), r"^a\.period is not allowed: all joints have"),
-        (joint_a(parameters=[]), r"^a\.parameters is not allowed: it is named"),
-        (behind_elbow("wrist"), rf"^wrist{TANGLED} all joints between"),
-        (behind_elbow("shoulder"), rf"^shoulder{TANGLED}"),
-    ],
-)
-def test_what_is_no_group_is_refused_in_one_line(table, message):
-    with pytest.raises(ValueError, match=message) as raised:
-        JointGroup.from_table(table)
-    assert "\n" not in str(raised.value)
-
-
 TWO, PLANNED = [0.1, 0.2], ("reference", "correction", "feedforward")
 INPUTS = [
     *(

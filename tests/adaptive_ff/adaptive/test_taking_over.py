@@ -200,29 +200,6 @@ def test_a_first_model_is_fed_from_the_first_sample_and_corrected():
     assert abs(errors["stubborn"][1] - 60.0) > 2.0 * abs(errors["wrong"][1] - 60.0)
 
 
-@pytest.mark.parametrize(
-    ("options", "message"),
-    [
-        (
-            {"model": TRUE._replace(inertia=1.9)},
-            r"^model.inertia = 1.9 is not allowed: it must be finite and from 2 to",
-        ),
-        ({"model": TRUE._replace(coulomb=-1.0)}, r"^model.coulomb = -1 is not allowed"),
-        ({"model": TRUE._replace(viscous=math.nan)}, r"^model.viscous = nan is not allowed"),
-        ({"model": TRUE._replace(stribeck_velocity=0.1)}, r"^model.stribeck_velocity = 0.1 is not allowed"),
-        ({"model": {"coulomb": 3.0}}, r"^model has no inertia"),
-        ({"model": {"inertia": 20.0, "colomb": 3.0}}, r"^model.colomb is not known: it must be one of coulomb, "),
-        ({"model": TRUE, "deviation": 0.0}, r"^deviation = 0.0 is not allowed"),
-        ({"model": TRUE, "deviation": {"inertia": math.nan}}, r"^deviation.inertia = nan is not allowed"),
-        ({"model": TRUE, "deviation": {"mass": 1.0}}, r"^deviation.mass is not allowed: it must be one of inertia"),
-    ],
-)
-def test_what_cannot_be_is_refused_in_one_line(options, message):
-    with pytest.raises(ValueError, match=message) as raised:
-        make(**options)
-    assert "\n" not in str(raised.value)
-
-
 @pytest.mark.parametrize("delay", [0.0, 1.5])
 def test_torque_limit_does_what_clipping_and_reporting_by_hand_does(delay):
     limit, joint = 90.0, reference_joint()

@@ -265,21 +265,6 @@ def test_torque_that_has_nothing_to_do_with_the_motion_is_refused():
         identify_log(with_torque(log, noise - 0.15 * log.torque))
 
 
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        ({"bandwidth": 200.0}, "bandwidth = 200 Hz is not allowed: it must be positive and at most a fifth"),
-        ({"torque_delay": np.inf}, "torque_delay = inf s is not allowed"),
-        ({"model": "lugre"}, "model = 'lugre' is not allowed: it must be one of auto, coulomb-viscous"),
-        ({"position_hats": 1}, "position_hats = 1 is not allowed"),
-        ({"position_periods": (0.0,)}, "position_periods = 0 is not allowed"),
-        ({"load_friction": True}, "log: load_friction takes a log with a known torque"),
-    ],
-)
-def test_argument_out_of_range_is_refused(arguments, message):
-    assert refused("", identify_log, make_log(), **arguments).startswith(message)
-
-
 def test_ten_samples_are_refused():
     log = make_log()
     with pytest.raises(InputError, match="log: the log has 10 samples; there must be at least 50"):

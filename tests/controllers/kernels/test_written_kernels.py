@@ -44,6 +44,7 @@ CALLS = [
     *[(written.first_of, (np.ones(size),)) for size in (2, 6)],
     *[(written.compared_last, (row(), a)) for a in (-1.0, 1.0, 2.0)],
     *[(written.branches, (a, n)) for a in (2.0, 0.5, -3.0) for n in (0, 5)],
+    *[(written.nested, (a, b, n)) for a in (-2.0, 0.5, 3.0) for b in (-1.0, 2.5) for n in (1, 5)],
     *[(written.chosen, (flag, body())) for flag in (True, False)],
     *[(written.sums, (values, table())) for values in (row(), -row(), np.arange(4.0))],
     *[(written.waiting, (a,)) for a in (0.5, 40.0, 1e300)],
