@@ -23,6 +23,7 @@ from adaptive_ff.friction.model import PER_DIRECTION, WITH_GRAVITY, WITH_OFFSET
 from adaptive_ff.identify.first_estimate import first_estimate
 from adaptive_ff.identify.scenario_text import reference_columns, scenario_text
 from adaptive_ff.identify.simulators import ENDINGS
+from adaptive_ff.replay.replay import replay_log
 from adaptive_ff.report.log_words import details, verdict_lines
 from adaptive_ff.simulation.metrics import rms
 from controllers.kernels.language import NotTranslatable
@@ -192,6 +193,8 @@ def design_figures():
                 found[f"{delay} {name} {function.__qualname__} {len(given)}"] = words_of(function, *given, **loop)
     systems = controllers.loop_systems(800.0, 0.0, 20.0, 0.001, delay=1, friction_slope=20.0)
     found |= dict(numbers({name: [*one.num[0][0], *one.den[0][0]] for name, one in systems._asdict().items()}))
+    for wrong in ({"delay": 0.5}, {"maximum_sensitivity": 1.0}, {"bandwidth": 90.0}):
+        found[str(wrong)] = words_of(controllers.design_position_loop, **{"period": 0.01, "bandwidth": 5.0, **wrong})
     found["walk"] = controllers.KalmanDisturbance.walk(20.0, 0.001, 0.002, 8.0)
     return found
 
@@ -229,13 +232,23 @@ def sines(further):
     return adaptive_ff.Log(log.name, log.time[::10], log.torque[::10], position=log.position[::10])
 
 
+def jittered(size):
+    """Return a log whose clock jitters (s)."""
+    log = make_log(14.0, 0.01, 0.05)
+    return adaptive_ff.Log(log.name, log.time + size * np.sin(3.0 * log.time) ** 5, log.torque, position=log.position)
+
+
 LOGS = {
     "free": (partial(make_log, 14.0, 0.01, 0.05), {"confidence": 0.9}),
     "velocity": (partial(make_log, 14.0, 0.01, 0.05, as_position=False), {"held_out": 0.3, "torque_delay": 0.005}),
     "linear": (partial(make_log, 14.0, 0.01, 0.05, 102), {"linear": True, "bandwidth": 6.0, "model": "symmetric"}),
     "current": (partial(make_log, 14.0, 0.01, 0.05, asymmetry=1.5), {"is_current": True}),
     "weight": (partial(sines, lambda q, w: 3.0 * np.sin(q + 0.3) + np.tanh(50.0 * w)), {}),
-    "map": (partial(sines, lambda q, w: (1.0 + 0.4 * np.sin(4.0 * q)) * np.tanh(50.0 * w)), {"position_hats": 4}),
+    "map": (partial(sines, lambda q, w: (2.0 + 1.4 * np.sin(1.2 * q)) * np.tanh(80.0 * w)), {"position_hats": 5}),
+    "waves": (partial(sines, lambda q, w: (2.0 + np.sin(4.0 * q)) * np.tanh(80.0 * w)), {"position_periods": [1.5708]}),
+    "jitter": (partial(jittered, 0.0005), {"confidence": 0.99}),
+    "gaps": (partial(jittered, 0.008), {"model": "directions"}),
+    "viscous": (partial(make_log, 14.0, 0.01, 0.05, 104, -6.0, coulomb=0.1), {}),
 }
 """Logs in closed form, and how they are identified."""
 
@@ -405,13 +418,17 @@ TABLES += [{"period": period, "joints": {"a": GAINS}, **more} for period, more i
 NOT_IDENTIFIED = [{"bandwidth": 200.0}, {"torque_delay": math.inf}, {"model": "lugre"}, {"load_friction": True}]
 NOT_IDENTIFIED += [{"position_hats": 1}, {"position_periods": (0.0,)}, {"confidence": 1.0}, {"held_out": 1.0}]
 
+NOT_REPLAYED = [{"identify": "all"}, {"identify": "gravity"}, {"memory": -1.0}, {"ripple_periods": (0.0,)}]
+NOT_REPLAYED += [{"state": "3"}, {"torque_delay": 3.0}]
+
 
 def refused_figures():
     """Return what is said of scenarios, first models, groups of joints and options that cannot be, by what is given."""
     found = {str(changes): words_of(SCENARIO.modified, **changes) for changes in REFUSED}
     found |= {str(one): words_of(adaptive, WITH_OFFSET, **one) for one in UNUSABLE}
     found |= {str(one): words_of(adaptive_ff.JointGroup.from_table, one) for one in TABLES}
-    log = make_log(14.0, 0.01)
+    log = make_log(14.0, 0.01, as_position=False)
+    found |= {f"replay {one}": words_of(replay_log, log, **one) for one in NOT_REPLAYED}
     return found | {f"log {one}": words_of(adaptive_ff.identify_log, log, **one) for one in NOT_IDENTIFIED}
 
 

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from filterpy.kalman import FadingKalmanFilter
 
-from adaptive_ff.learning.rls import initial_rls_state, update_rls_in_place
+from adaptive_ff.learning.rls import begin_anew_in_place, initial_rls_state, update_rls_in_place
 
 SIZE = 6
 TRUE = np.array([1.6, 0.7, 2e-2, 1e-2, -0.5, 0.3])
@@ -76,3 +76,13 @@ def test_one_update_is_that_of_11_to_13_by_hand():
     assert state.gain == pytest.approx([3.0 / 10.5, 1.0 / 10.5], rel=1e-14)
     assert state.estimate == pytest.approx([1.0 + 3.0 / 10.5 * 2.0, 2.0 + 1.0 / 10.5 * 2.0], rel=1e-14)
     assert state.covariance == pytest.approx(2.0 * np.array([[1.5, -3.0], [-3.0, 9.5]]) / 10.5, rel=1e-14)
+
+
+@pytest.mark.parametrize("lost", ["estimate", "covariance"])
+def test_it_begins_anew_where_a_number_is_lost_and_only_there(lost):
+    state = initial_rls_state(np.array([1.0, 2.0]), 3.0 * np.eye(2))
+    update_rls_in_place(state, np.array([3.0, 1.0]), 7.0, 0.5)
+    assert not begin_anew_in_place(state, 5.0)
+    getattr(state, lost).flat[-1] = np.nan
+    assert begin_anew_in_place(state, 5.0)
+    assert [part.tolist() for part in state] == [[0.0, 0.0], [[5.0, 0.0], [0.0, 5.0]], [0.0, 0.0]]

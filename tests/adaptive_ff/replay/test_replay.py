@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from synthetic_logs import JOINT, make_log, sines_log
 
-from adaptive_ff import InputError
 from adaptive_ff.logs.log import Log
 from adaptive_ff.replay.replay import replay_log
 
@@ -57,19 +56,3 @@ def test_torque_of_something_else_is_said():
     found = replay_log(Log("log", log.time, noise, position=log.position), inertia=2.0)
     assert any("More torque than without any feedforward is left by" in note for note in found.notes)
     assert found.fixed is None
-
-
-@pytest.mark.parametrize(
-    ("given", "message"),
-    [
-        ({"identify": "all"}, "identify = 'all' is not allowed: it must be one of symmetric, offset"),
-        ({"memory": -1.0}, "memory = -1 is not allowed: it must be positive and finite"),
-        ({"ripple_periods": (0.0,)}, "ripple_periods"),
-        ({"state": "3"}, "is no saved state of a replay"),
-        ({"torque_delay": 3.0}, "torque_delay = 3 s is not allowed"),
-        ({"identify": "gravity"}, "gravity and ripples are learnt over a position; the log has none"),
-    ],
-)
-def test_argument_out_of_range_is_refused(given, message):
-    with pytest.raises(InputError, match=message):
-        replay_log(make_log(duration=5.0, as_position=given != {"identify": "gravity"}), **given)

@@ -170,6 +170,10 @@ def kernel_of(lines, tmp_path, monkeypatch, head="def kernel(x, n, t):"):
         ("x = t[0, 1] * bump(t)", 0, "changes arrays in place"),
         ("t[place(t), 0] += 1.0 + t[0, 0]", 0, "changes arrays in place"),
         ("x = max(bump(t), bump(t))", 0, "changes arrays in place"),
+        ("return x > 0.0 and (x, x)[n] > 1.0", 0, "(x, x)[n] stands where it may not be computed; give it a name"),
+        ("return 0.0 < x < (x, x)[n]", 0, "(x, x)[n] stands where it may not be computed"),
+        ("return x if n > 0 else (x, x)[n]", 0, "(x, x)[n] stands where it may not be computed"),
+        ("while (x, x)[n] > 1.0:\n    x *= 0.5\nreturn x", 0, "(x, x)[n] stands where it may not be computed"),
         ("return len(t)", 0, "len is not known; write .size or .shape of an array"),
         ("return round(x)", 0, "round is not known; write math.floor(x + 0.5)"),
         ("return math.hypot(x, x)", 0, "math.hypot has no translation; write math.sqrt(x * x + y * y)"),
@@ -185,6 +189,7 @@ def test_what_has_no_translation_is_refused_with_its_line(lines, line, advice, t
     assert f".py:{FIRST + line}: {kernel}" in str(error.value)
     assert advice in str(error.value)
     assert "\n" not in str(error.value)
+    assert "''" not in str(error.value)
 
 
 def test_an_argument_without_a_name_cannot_be_assigned_to(tmp_path, monkeypatch):
@@ -288,6 +293,8 @@ def test_a_variable_without_a_value_is_refused(lines, line, tmp_path, monkeypatc
         "while False:\n    x += 1.0\nreturn x",
         "for i in range(n):\n    y = x\n    x += y\nreturn x",
         "y = 0.0\nfor i in range(n):\n    y = x\nreturn y",
+        "while x > 1.0:\n    x *= 0.5\nreturn (x, x)[n % 2]",
+        "y = -1.0 < x < 2.0 and n > 1\nz = x if y or n < 0 else 2.0\nreturn (x, z)[n % 2]",
     ],
 )
 def test_a_variable_with_a_value_on_every_way_is_read(lines, tmp_path, monkeypatch):
