@@ -22,6 +22,7 @@ from adaptive_ff.export.sample import made_up_inputs
 from adaptive_ff.friction.model import PER_DIRECTION, WITH_GRAVITY, WITH_OFFSET
 from adaptive_ff.identify.first_estimate import first_estimate
 from adaptive_ff.identify.scenario_text import reference_columns, scenario_text
+from adaptive_ff.identify.score import score_log
 from adaptive_ff.identify.simulators import ENDINGS
 from adaptive_ff.replay.replay import replay_log
 from adaptive_ff.report.log_words import details, verdict_lines
@@ -255,8 +256,9 @@ LOGS = {
 
 def identified_figures(name):
     """Return what is identified from a log, and in which words it is written and said."""
-    log, options = LOGS[name]
-    found = adaptive_ff.identify_log(log(), **options)
+    make, options = LOGS[name]
+    log = make()
+    found = adaptive_ff.identify_log(log, **options)
     texts = {kind: words_of(found.simulator, kind, gear_ratio=3.0) for kind in ENDINGS}
     texts |= {
         "scenario": words_of(lambda: re.sub(r"_noise = \S+", "", scenario_text(found, "reference.csv")))
@@ -264,7 +266,8 @@ def identified_figures(name):
     texts |= {"reference": digest(plain(reference_columns(found)))}
     texts |= {f"first {constant}": words_of(first_estimate, found, constant) for constant in (None, 1.7)}
     texts |= {"verdict": " | ".join(verdict_lines(found)), "details": " | ".join(details(found))}
-    return dict(numbers(found.to_dict())) | texts
+    score = {} if log.position is None else score_log(log, log, **options).to_dict() | {"identification": {}}
+    return dict(numbers(found.to_dict())) | dict(numbers(score, "score")) | texts
 
 
 def leaves(content, name=""):
@@ -286,6 +289,7 @@ def restored_figures(make):
         known, said = content[key], []
         for content[key] in (0, -1.0, 5, 1e9, -1e18, None):
             said.append(words_of(controller.state_from_json, json.dumps(saved)))
+            said += sorted(controller.diagnose().codes) if hasattr(controller, "diagnose") else []
         found[name], content[key] = digest(said), known
     return found
 
@@ -429,6 +433,7 @@ def refused_figures():
     found |= {str(one): words_of(adaptive_ff.JointGroup.from_table, one) for one in TABLES}
     log = make_log(14.0, 0.01, as_position=False)
     found |= {f"replay {one}": words_of(replay_log, log, **one) for one in NOT_REPLAYED}
+    found |= {f"{count} samples": words_of(adaptive_ff.identify_log, log.part(slice(count))) for count in (49, 50)}
     return found | {f"log {one}": words_of(adaptive_ff.identify_log, log, **one) for one in NOT_IDENTIFIED}
 
 
