@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import scipy
+from scipy import special
 
 from adaptive_ff.friction.columns import COULOMB, PATHS, STICTION, Curve, Hypothesis, columns_along
 from adaptive_ff.identify.motion import Array, Rows, derivative
@@ -145,6 +146,8 @@ def _dry(rows: Rows, shape: Shape, place: Map) -> dict[str, Array]:
     if shape.load:
         load = rows.in_band(np.column_stack([_unit(rows, name, place) for name in CARRIED])) @ np.array(shape.load)
     columns = columns_along(hypothesis, curve, rows.between(), rows.period, rows.position, load)
+    # as large as the expected sign of the velocity, given the measured one
+    columns *= special.erf(np.abs(rows.velocity) / (math.sqrt(2.0) * max(rows.noise, NO_SPEED)))[:, np.newaxis]
     coulomb = columns[:, PATHS] if shape.path else columns[:, COULOMB] + columns[:, STICTION]
     further = iter(columns.T[PATHS + paths.size :])
     found = {"coulomb": coulomb, "stiction_excess": columns[:, STICTION]}

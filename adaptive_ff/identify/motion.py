@@ -2,7 +2,8 @@
 
 Position and torque pass the same zero-phase Butterworth low-pass, so no row lags another (M. Gautier 1997). The sign of
 the velocity is taken behind a filter five times as wide, since friction changes faster than the motion, and the unit
-torques that follow from it are then filtered like the torque.
+torques that follow from it are then filtered like the torque. Where the noise of the velocity makes its sign uncertain,
+the expected sign takes its place (regression calibration, R. J. Carroll 2006).
 """
 
 import math
@@ -45,9 +46,9 @@ class Tuning(NamedTuple):
     edge_cycles: float = 1.0
     """Rows dropped at either end of a segment, in cycles of the band."""
     standstill: float = 0.01
-    """Speed below which the joint may stick, over that which 5 % of the rows exceed ..."""
+    """Speed below which the joint may stick, over that which 5 % of the rows exceed."""
     standstill_noise: float = 3.0
-    """... or over the noise of the velocity."""
+    """Speed below which a joint may stand for all that a measured speed tells, over the noise of the velocity."""
     standstill_fraction: float = 0.2
     """Weight of standstill in a row, behind the filter, from which on the row is left out."""
     oversampling: float = 6.0
@@ -82,15 +83,6 @@ class Noise(NamedTuple):
         passed = np.prod([1.0 / (1.0 + (frequency / corner) ** 4) for corner in corners], axis=0)
         power = ((2.0 * np.pi * frequency) ** (derivatives + self.of_position) * passed) ** 2
         return self.density * float(integrate.trapezoid(power, frequency))
-
-    def corner(self, variance: float) -> float:
-        """Return the corner, Hz, behind which the velocity has a variance."""
-        if self.density <= 0.0:
-            return math.inf
-        order = 1 if self.of_position else 0
-        return float(
-            ((2 * order + 1) * variance / (self.density * (2.0 * math.pi) ** (2 * order))) ** (1 / (2 * order + 1))
-        )
 
 
 class Spectrum(NamedTuple):
@@ -190,8 +182,8 @@ class Rows(NamedTuple):
     """A segment at the working rate (s), behind the wide filter, and which samples are rows of the regression.
 
     ``narrow`` is the band's filter, None without one; ``kept`` are the samples that are rows, those without standstill,
-    which is below ``slow`` (rad/s), of the ``inner`` ones, away from both ends; ``noise`` is the velocity's, rad/s,
-    behind the wide filter of a ``corner``, Hz.
+    of the ``inner`` ones, away from both ends; below ``slow``, rad/s, the joint may stand; ``noise`` is the velocity's,
+    rad/s, behind the wide filter of a ``corner``, Hz.
     """
 
     period: float
@@ -218,7 +210,7 @@ class Rows(NamedTuple):
 
     def unfiltered(self) -> "Rows":
         """Return every sample as a row, as it is."""
-        return self._replace(narrow=None, kept=np.arange(self.time.size))
+        return self._replace(narrow=None, kept=np.arange(self.time.size), noise=0.0)
 
 
 def derivative(values: Array, period: float) -> Array:
@@ -231,8 +223,7 @@ def derivative(values: Array, period: float) -> Array:
 def make_rows(segment: Segment, band: float, noise: Noise, fast: float) -> Rows:
     """Return the rows of a segment in a band, Hz; ``fast`` is a speed that few samples exceed, rad/s."""
     period = segment.period
-    clean = noise.corner((0.3 * TUNING.standstill * fast) ** 2)
-    corner = max(band, min(TUNING.wide * band, 0.4 / period, clean))
+    corner = max(band, min(TUNING.wide * band, 0.4 / period))
     wide = lowpass(corner, period)
     every = max(1, int(1.0 / (TUNING.oversampling * corner * period)))
     position, torque = wide(segment.position), wide(segment.torque)
@@ -241,15 +232,16 @@ def make_rows(segment: Segment, band: float, noise: Noise, fast: float) -> Rows:
     position, torque, known, velocity = (one[::every] for one in (position, torque, known, velocity))
     step = period * every
     scatter = math.sqrt(noise.variance([corner], 0, period))
-    slow = max(TUNING.standstill * fast, TUNING.standstill_noise * scatter)
+    sticks = TUNING.standstill * fast
     narrow = lowpass(band, step)
-    stands = narrow((np.abs(velocity) < slow).astype(float))
+    stands = narrow((np.abs(velocity) < sticks).astype(float))
     edge = min(math.ceil(TUNING.edge_cycles / (band * step)), max(1, position.size // 4))
     apart = max(1, int(1.0 / (TUNING.rows_in_cycle * band * step)))
     places = np.arange(edge, position.size - edge, apart)
     kept = places[stands[places] < TUNING.standstill_fraction]
     time: Array = (segment.start + step * np.arange(position.size)).astype(np.float64)
     inner = slice(edge, position.size - edge)
+    slow = max(sticks, TUNING.standstill_noise * scatter)
     return Rows(step, time, position, velocity, torque, known, narrow, kept, inner, slow, scatter, corner)
 
 
