@@ -46,9 +46,7 @@ class Tuning(NamedTuple):
     edge_cycles: float = 1.0
     """Rows dropped at either end of a segment, in cycles of the band."""
     standstill: float = 0.01
-    """Speed below which the joint may stick, over that which 5 % of the rows exceed."""
-    standstill_noise: float = 3.0
-    """Speed below which a joint may stand for all that a measured speed tells, over the noise of the velocity."""
+    """Speed below which the joint may stick, over that which 5 % of the rows exceed; at least the velocity's noise."""
     standstill_fraction: float = 0.2
     """Weight of standstill in a row, behind the filter, from which on the row is left out."""
     oversampling: float = 6.0
@@ -182,8 +180,8 @@ class Rows(NamedTuple):
     """A segment at the working rate (s), behind the wide filter, and which samples are rows of the regression.
 
     ``narrow`` is the band's filter, None without one; ``kept`` are the samples that are rows, those without standstill,
-    of the ``inner`` ones, away from both ends; below ``slow``, rad/s, the joint may stand; ``noise`` is the velocity's,
-    rad/s, behind the wide filter of a ``corner``, Hz.
+    which is below ``slow`` (rad/s), of the ``inner`` ones, away from both ends; ``noise`` is the velocity's, rad/s,
+    behind the wide filter of a ``corner``, Hz.
     """
 
     period: float
@@ -232,16 +230,15 @@ def make_rows(segment: Segment, band: float, noise: Noise, fast: float) -> Rows:
     position, torque, known, velocity = (one[::every] for one in (position, torque, known, velocity))
     step = period * every
     scatter = math.sqrt(noise.variance([corner], 0, period))
-    sticks = TUNING.standstill * fast
+    slow = max(TUNING.standstill * fast, scatter)
     narrow = lowpass(band, step)
-    stands = narrow((np.abs(velocity) < sticks).astype(float))
+    stands = narrow((np.abs(velocity) < slow).astype(float))
     edge = min(math.ceil(TUNING.edge_cycles / (band * step)), max(1, position.size // 4))
     apart = max(1, int(1.0 / (TUNING.rows_in_cycle * band * step)))
     places = np.arange(edge, position.size - edge, apart)
     kept = places[stands[places] < TUNING.standstill_fraction]
     time: Array = (segment.start + step * np.arange(position.size)).astype(np.float64)
     inner = slice(edge, position.size - edge)
-    slow = max(sticks, TUNING.standstill_noise * scatter)
     return Rows(step, time, position, velocity, torque, known, narrow, kept, inner, slow, scatter, corner)
 
 
