@@ -218,10 +218,13 @@ def derivative(values: Array, period: float) -> Array:
     return result
 
 
-def make_rows(segment: Segment, band: float, noise: Noise, fast: float) -> Rows:
-    """Return the rows of a segment in a band, Hz; ``fast`` is a speed that few samples exceed, rad/s."""
+def make_rows(segment: Segment, band: float, noise: Noise, fast: float, widest: float = math.inf) -> Rows:
+    """Return the rows of a segment in a band, Hz; ``fast`` is a speed that few samples exceed, rad/s.
+
+    The filter before the sign has a corner of at most ``widest``, Hz, but never below the band.
+    """
     period = segment.period
-    corner = max(band, min(TUNING.wide * band, 0.4 / period))
+    corner = max(band, min(TUNING.wide * band, 0.4 / period, widest))
     wide = lowpass(corner, period)
     every = max(1, int(1.0 / (TUNING.oversampling * corner * period)))
     position, torque = wide(segment.position), wide(segment.torque)

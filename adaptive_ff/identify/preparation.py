@@ -103,9 +103,16 @@ class Prepared(NamedTuple):
 
 
 def prepare(
-    log: Log, *, bandwidth: float | None = None, torque_delay: float | None = None, linear: bool = False
+    log: Log,
+    *,
+    bandwidth: float | None = None,
+    torque_delay: float | None = None,
+    linear: bool = False,
+    quiet: bool = False,
 ) -> Prepared:
     """Make a log ready, in a band (Hz; the motion's own if none is given) and with the torque late by a delay (s).
+
+    ``quiet`` asks for a motion without the frequencies at which its acceleration is mostly noise.
 
     Raises
     ------
@@ -127,7 +134,9 @@ def prepare(
     return Prepared(
         log=whole,
         segments=segments,
-        **_filtered(log.name, segments, choose_band(found, period, bandwidth), found),
+        **_filtered(
+            log.name, segments, choose_band(found, period, bandwidth), found, found.quiet if quiet else math.inf
+        ),
         period=longest.period,
         found=found,
         rotary=not linear,
@@ -147,15 +156,17 @@ def narrowed(prepared: Prepared) -> Prepared | None:
     return prepared._replace(**rows)
 
 
-def _filtered(name: str, segments: list[Segment], band: float, found: Spectrum) -> dict[str, Any]:
-    """Return what of :class:`Prepared` depends on the band, Hz."""
+def _filtered(
+    name: str, segments: list[Segment], band: float, found: Spectrum, widest: float = math.inf
+) -> dict[str, Any]:
+    """Return what of :class:`Prepared` depends on the band and on the widest filter of the motion, Hz."""
     longest = max(segments, key=lambda one: one.position.size)
     smooth = derivative(lowpass(band, longest.period)(longest.position), longest.period)
     fast = float(np.quantile(np.abs(smooth), 0.95))
     if not fast > 0.0:
         raise InputError(f"{name}: nothing moves; the joint must move to be identified")
     enough = [one for one in segments if one.position.size * one.period > 4.0 / band]
-    rows = [made for made in (make_rows(one, band, found.noise, fast) for one in enough) if made.kept.size]
+    rows = [made for made in (make_rows(one, band, found.noise, fast, widest) for one in enough) if made.kept.size]
     count = sum(made.kept.size for made in rows)
     if count < FEWEST_ROWS:
         raise InputError(

@@ -199,7 +199,7 @@ def replay_log(
     if (gravity or ripple_periods) and log.position is None:
         raise InputError(f"{log.name}: gravity and ripples are learnt over a position; the log has none")
     judged = min(band, 0.2 / float(np.median(np.abs(np.diff(log.time))))) if log.time.size > 1 else band
-    prepared = prepare(log, bandwidth=judged, torque_delay=torque_delay, linear=linear)
+    prepared = prepare(log, bandwidth=judged, torque_delay=torque_delay, linear=linear, quiet=True)
     learner = make_learner(
         fast=prepared.fast,
         torque=float(np.std(prepared.torque)),
