@@ -18,6 +18,7 @@ from synthetic_logs import make_log, sines_log
 import adaptive_ff
 import controllers
 import plant
+from adaptive_ff.adaptive.tuning import Tuning
 from adaptive_ff.export.sample import made_up_inputs
 from adaptive_ff.friction.model import PER_DIRECTION, WITH_GRAVITY, WITH_OFFSET
 from adaptive_ff.identify.first_estimate import first_estimate
@@ -284,12 +285,12 @@ def restored_figures(make):
     controller = make()
     for row in made_up_inputs(controller.period, 40, seed=104):
         controller.step_plain(controllers.Inputs(*row.tolist()))
-    saved, found = json.loads(controller.state_to_json()), {}
+    saved, found, learns = json.loads(controller.state_to_json()), {}, hasattr(controller, "diagnose")
     for content, key, name in leaves(saved):
         known, said = content[key], []
-        for content[key] in (0, -1.0, 5, 1e9, -1e18, None):
+        for content[key] in (0, -1.0, 5, 1e9, -1e18):
             said.append(words_of(controller.state_from_json, json.dumps(saved)))
-            said += sorted(controller.diagnose().codes) if hasattr(controller, "diagnose") else []
+        said += [f"{one.code} {one.names}" for one in controller.diagnose().findings] if learns else []
         found[name], content[key] = digest(said), known
     return found
 
@@ -452,7 +453,8 @@ MADE = {
     **{f"adaptive with {name}": partial(adaptive, WITH_GRAVITY, **options) for name, options in OPTIONS.items()},
 }
 
-RESTORED = {"directions": partial(adaptive, PER_DIRECTION, 1.5, 0.004), "paper": MADE["adaptive_paper late"]}
+FIXED = partial(adaptive, PER_DIRECTION, 1.5, 0.004, tuning=Tuning(velocity_deviation=0.0))
+RESTORED = {"directions": FIXED, "paper": MADE["adaptive_paper late"]}
 
 PARTS = {
     **{f"joint {name}": (joint_figures, (name,)) for name in KINDS},

@@ -33,6 +33,10 @@ def named_only(a, *, b=1.0):
 def placed_only(a, /, b=1.0):
     return a - b
 
+def risen(t):
+    t[0, 0] += 1.0
+    return t[0, 0] > 1.5
+
 def doubled(f):
     @functools.wraps(f)
     def around(x):
@@ -294,6 +298,8 @@ def test_a_variable_without_a_value_is_refused(lines, line, tmp_path, monkeypatc
         "for i in range(n):\n    y = x\n    x += y\nreturn x",
         "y = 0.0\nfor i in range(n):\n    y = x\nreturn y",
         "while x > 1.0:\n    x *= 0.5\nreturn (x, x)[n % 2]",
+        "if x > 0.0:\n    return x, 2.0\nreturn 1, x",
+        "y = risen(t) and not (t[0, 0] > 9.0 and risen(t))\nreturn x if y else -x",
         "y = -1.0 < x < 2.0 and n > 1\nz = x if y or n < 0 else 2.0\nreturn (x, z)[n % 2]",
     ],
 )
