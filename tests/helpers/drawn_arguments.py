@@ -26,7 +26,7 @@ SPECIAL = 20 * (0.0,) + 15 * (1.0,) + 7 * (-1.0, 0.5) + (math.nan,)
 
 SERIES = 24  # length of a series
 
-NAMES = ("inertia", "coulomb", "offset")
+NAMES = ("inertia", "coulomb", "viscous", "offset", "gravity_sin", "ripple_cos_2", "regressor_1", "friction_lag")
 
 ANYTHING = (float, float, str, bool, int, np.ndarray, list[float], dict[str, float], type(None))
 
