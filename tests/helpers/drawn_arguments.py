@@ -17,8 +17,8 @@ import numpy as np
 FIRST, DRAWS = 8, 40  # how often a function is called, and how often further where one call was no error
 
 LEFT_OUT = """.kernels. .native. .state .estimates. .feed. adaptive.step. .learn. .observe. .loop. .experiment.
-    ._interval_end. ._gap. ._kalman_filter. .PIDesign. .loop_systems. .fastest_bandwidth."""
-"""What calls addresses, searches, or takes records of arrays that belong together; runs reach it."""
+    ._interval_end. ._gap. .split_over_paths. ._kalman_filter. .PIDesign. .loop_systems. .fastest_bandwidth."""
+"""What calls addresses, searches, or takes arrays that are sorted or belong together; runs reach it."""
 
 SIGNS = (1.0, 1.0, 1.0, -1.0)
 SPECIAL = 20 * (0.0,) + 15 * (1.0,) + 7 * (-1.0, 0.5) + (math.nan,)
