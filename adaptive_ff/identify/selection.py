@@ -64,7 +64,8 @@ def is_better(old: Array, new: Array, rule: Rule) -> bool:
     """Tell whether errors of folds fall by what a rule asks for."""
     fall = old - new
     spread = float(np.std(fall, ddof=1)) / math.sqrt(fall.size)
-    return float(np.mean(fall)) > rule.errors * spread and np.mean(new) < (1.0 - rule.gain) ** 2 * np.mean(old)
+    less = np.mean(new) < (1.0 - rule.gain) ** 2 * np.mean(old)
+    return bool(less) and float(np.mean(fall)) > rule.errors * spread
 
 
 def refinements(data: Prepared, model: Model) -> Iterator[tuple[str, Model]]:

@@ -2,6 +2,7 @@
 
 import inspect
 import pydoc
+import re
 
 import pytest
 
@@ -34,7 +35,8 @@ def test_help_of_package_begins_with_what_is_there_for_which_task():
 
 @pytest.mark.parametrize(("thing", "most"), [(Scenario, 150), (JointModel, 70), (adaptive_ff.compare, 40)])
 def test_help_is_short(thing, most):
-    assert len(text_of(thing).splitlines()) < most
+    lines = text_of(thing).splitlines()  # from Python 3.13 on each argument has a line, which does not count
+    assert len([line for line in lines if not re.fullmatch(r"[ |]+[*\w]+(: .*)?,", line)]) < most
 
 
 def test_signature_of_scenario_names_fields_types_and_defaults():

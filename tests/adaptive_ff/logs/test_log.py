@@ -118,7 +118,7 @@ def test_times_and_durations_are_read_as_seconds(tmp_path):
     """As pandas writes an index of times to Parquet."""
     durations = (1e9 * TIME).round().astype("m8[ns]")
     moments = np.datetime64("2026-11-27T12:00:00", "ns") + durations
-    missing = np.where(np.arange(7) == 2, np.datetime64("NaT"), moments)
+    missing = np.where(np.arange(7) == 2, np.datetime64("NaT", "ns"), moments)
     columns = {"moment": moments, "elapsed": durations, "missing": missing, "q": POSITION, "u": TORQUE}
     parquet.write_table(pyarrow.table(columns), tmp_path / "log.parquet")
     np.savez(tmp_path / "log.npz", **columns, months=np.arange(7).astype("m8[M]"))
