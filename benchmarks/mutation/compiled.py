@@ -68,7 +68,7 @@ class Copy:
         done = subprocess.run(command, capture_output=True, text=True, check=False, **where)
         if done.returncode < 0:
             return NO_END if tests == [FIGURES] else None
-        found = re.search(r"^(?:FAILED|ERROR) (\S+)", done.stdout, re.M)
+        found = re.search(r"^(?:FAILED|ERROR) (.+?)(?: - .*)?$", done.stdout, re.M)
         return found[1] if found else None if done.returncode in (0, 5) else tests[0]
 
     def _passes(self, test: str) -> bool:
