@@ -401,10 +401,10 @@ BEHIND = {**GAINS, "preceding": ["elbow"]}
 UNUSABLE = [
     *(
         {"model": FIRST["model"]._replace(**one)}
-        for one in ({"inertia": 1.9}, {"coulomb": -1.0}, {"viscous": math.nan})
+        for one in ({"inertia": 1.9}, {"coulomb": -1.0}, {"viscous": math.nan}, {"stribeck_velocity": 0.1})
     ),
     *({"model": one} for one in ({"coulomb": 3.0}, {"inertia": 20.0, "colomb": 3.0})),
-    *({**FIRST, "deviation": one} for one in ({"inertia": math.nan}, {"mass": 1.0})),
+    *({**FIRST, "deviation": one} for one in (0.0, {"inertia": math.nan}, {"mass": 1.0})),
     *({"position_hats": count, "position_map": [0.1] * 3} for count in (0, 3)),
     *({one: [-1.0, 0.0]} for one in ("position_range", "position_periods", "ripple_periods")),
     *({"ripple_periods": [1.0], "regressors": count} for count in (18, 19)),

@@ -259,7 +259,10 @@ INPUTS = [
     ({"dt": -1.0}, r"^dt(?: of shoulder = -1.0)? is not allowed"),
     ({"dt": [0.01, 0.01]}, r"^dt (?:has shape \(2,\); it must be one number for all joints|is not allowed)"),
     ({"regressors": [[0.1], [0.2]]}, r"^regressors of shoulder has shape \(1,\); it must be \(3,\), .* beside the 2"),
-    ({"regressors": [[0.1, 0.2, 0.3], [0.2, 0.3]]}, r"^regressors of elbow .* must be \(1,\), as it was made for$"),
+    (
+        {"regressors": [[0.1, 0.2, 0.3], [0.2, 0.3]]},
+        r"^regressors of elbow has shape \(2,\); it must be \(1,\), as it was made for$",
+    ),
     ({"regressors": [[0.1, 0.2, 0.3], 0.2]}, r"^regressors of elbow has shape \(\); it must be \(1,\)"),
     ({"regressors": [[0.1, 0.2, 0.3], ["x"]]}, r"^regressors of elbow = \['x'\] is not allowed: it must be a vector"),
     ({"regressors": [[0.1, 0.2, 0.3], [-1e100]]}, r"^regressors of elbow = -1e\+100 is not allowed: they should be of"),
