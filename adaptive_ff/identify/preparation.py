@@ -120,8 +120,8 @@ def prepare(
         The log is too short, does not move, has no torque, or the band is not allowed.
     """
     _check(log)
-    sound = clean(log, linear=linear)
-    whole, period = sound.log, median_step(sound.log)
+    whole, done = clean(log, linear=linear)
+    period = median_step(whole)
     spans, skipped = usable_segments(whole, 32)
     _check_content(log, whole, spans, skipped, linear=linear)
     segments = [_segment(whole, span, period, torque_delay or 0.0) for span in spans]
@@ -143,7 +143,7 @@ def prepare(
         delay_known=torque_delay is not None,
         used=sum(len(span) for span in spans),
         skipped=skipped,
-        said=sound.said,
+        said=[row.said for row in done],
     )
 
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from adaptive_ff.errors import InputError, counted
-from adaptive_ff.logs.defects import TUNING, bridged, find_jumps, find_pauses, median_step, runs, steps_of, usual_step
+from adaptive_ff.logs.defects import TUNING, are_pauses, bridged, find_jumps, median_step, runs, steps_of, usual_step
 from adaptive_ff.logs.log import Array, Log
 
 Done = tuple[Log, list[str]]
@@ -25,20 +25,8 @@ class Row(NamedTuple):
     said: str
 
 
-class Cleaned(NamedTuple):
-    """A log that was cleaned, and what each step did."""
-
-    log: Log
-    rows: list[Row]
-
-    @property
-    def said(self) -> list[str]:
-        """Sentences of the steps."""
-        return [row.said for row in self.rows]
-
-
-def clean(log: Log, *, linear: bool = False) -> Cleaned:
-    """Return a log without what no machine does; the position of a linear axis does not wrap.
+def clean(log: Log, *, linear: bool = False) -> tuple[Log, list[Row]]:
+    """Return a log without what no machine does, and what each step did; the position of a linear axis does not wrap.
 
     Raises
     ------
@@ -60,7 +48,7 @@ def clean(log: Log, *, linear: bool = False) -> Cleaned:
             f"{log.name}: the sample time is {period:.4g} s; it must be less than {TUNING.slowest:g} s: "
             f"is the time in {' or '.join(fitting)}? Then {log.scaling('time', *fitting.values())}"
         )
-    return Cleaned(log, rows)
+    return log, rows
 
 
 def with_clear_clock(log: Log) -> Done:
@@ -180,31 +168,26 @@ def _filled(places: NDArray[np.int64], usual: float, size: int) -> NDArray[np.in
 def without_gaps(log: Log) -> Done:
     """Say where the recording pauses; leave out stretches that are so slow that each of their steps is a gap."""
     said: list[str] = []
-    time = log.time
-    is_pause, left = np.zeros(time.size, dtype=np.bool_), np.zeros(time.size, dtype=np.bool_)
-    is_pause[find_pauses(time)] = True
+    time, is_pause = log.time, are_pauses(log.time)
+    left = np.zeros_like(is_pause)
     slow = [(start, stop) for start, stop in runs(is_pause) if stop - start >= TUNING.rate]
     for start, stop in slow:
         left[start : stop - (stop < time.size)] = True
         is_pause[start:stop] = False
-    pauses = np.flatnonzero(is_pause)
     if slow:
         start, stop = slow[0]
         often = "" if len(slow) == 1 else f" in {len(slow)} stretches, the first"
         slower, usual = 1e3 * float(np.median(np.diff(time[start - 1 : stop]))), 1e3 * median_step(log)
-        log, said = left_out(
-            log,
-            left,
-            f"the sample time changes{often} to {slower:.4g} ms instead of {usual:.4g} ms at {time[start - 1]:.6g} s; "
-            "identify such a part as a log of its own",
-        )
+        changes = f"the sample time changes{often} to {slower:.4g} ms instead of {usual:.4g} ms"
+        why = f"{changes} at {time[start - 1]:.6g} s; identify such a part as a log of its own"
+        log, said = left_out(log, left, why)
+    pauses = np.flatnonzero(is_pause)
     if pauses.size:
-        lengths = time[pauses] - time[pauses - 1]
-        longest = int(np.argmax(lengths))
         often = _times(pauses.size) + ("" if pauses.size == 1 else ", the longest")
-        begin = time[pauses[longest] - 1]
+        lengths = time[pauses] - time[pauses - 1]
+        begin = time[pauses[np.argmax(lengths)] - 1]
         said.append(
-            f"the recording pauses {often} for {lengths[longest]:.3g} s after {begin:.6g} s; the log is cut there"
+            f"the recording pauses {often} for {np.max(lengths):.3g} s after {begin:.6g} s; the log is cut there"
         )
     return log, said
 

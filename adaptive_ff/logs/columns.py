@@ -6,6 +6,7 @@ A name says its unit at its end: ``q_deg``, ``Speed [rpm]``, ``current_mA``.
 import math
 import re
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import NamedTuple
 
@@ -51,14 +52,8 @@ UNITS = (
     ("position", LINEAR, "counts", "1/COUNTS_OF_A_METRE", "counts?|cnts?|incs?|increments|ticks?|pulses"),
     ("position", LINEAR, "millimetres", "1e-3", "mm|millimet(?:er|re)s?"),
     ("position", LINEAR, "micrometres", "1e-6", "um|µm|μm"),
-    ("velocity", ROTARY, "millidegrees", "pi/180/1000", ".*mdeg"),
-    (
-        "velocity",
-        ROTARY,
-        "degrees per second",
-        "pi/180",
-        ".*(?:deg(?:rees?)?|°)|(?:deg|°)/s(?:ec)?|deg_(?:per_)?s|dps",
-    ),
+    ("velocity", ROTARY, "millidegrees per second", "pi/180/1000", ".*mdeg(?:/s(?:ec)?|_(?:per_)?s)?"),
+    ("velocity", ROTARY, "degrees per second", "pi/180", ".*(?:deg(?:rees?)?|°)(?:/s(?:ec)?|_(?:per_)?s)?|dps"),
     ("velocity", ROTARY, "revolutions per minute", "pi/30", r"rpm|1/min|u/min|min\^?-1|rev/min|r/min|upm"),
     ("velocity", ROTARY, "revolutions per second", "2*pi", "rps|rev/s|rev/sec"),
     ("velocity", ROTARY, "milliradians per second", "1e-3", "mrad/s|mrad_s"),
@@ -184,21 +179,20 @@ def read_scales(texts: Sequence[str]) -> dict[str, float]:
             raise InputError(f"--scale {text} is not allowed: it must be NAME=FACTOR, such as q=pi/180")
         if name in scales:
             raise InputError(f"--scale {text} is not allowed: {name} has a factor already")
-        scales[name] = _factor(text, factor)
+        scales[name] = _factor(factor)
+        if not math.isfinite(scales[name]) or scales[name] == 0.0:
+            rule = "the factor must be numbers and pi joined by * and /, finite and not zero"
+            raise InputError(f"--scale {text} is not allowed: {rule}")
     return scales
 
 
-def _factor(text: str, factor: str) -> float:
-    value, parts = 1.0, re.split(r"([*/])", factor)
-    for operator, operand in zip(["*", *parts[1::2]], parts[::2], strict=True):
-        bare = operand.strip()
-        try:
+def _factor(text: str) -> float:
+    """Return a product of numbers and pi; NaN for what is none."""
+    value = 1.0
+    with suppress(ValueError, ZeroDivisionError):
+        for operator, operand in re.findall(r"(^|[*/])([^*/]*)", text):
+            bare = operand.strip()
             number = {"pi": math.pi, "-pi": -math.pi}.get(bare) or float(bare)
             value = value / number if operator == "/" else value * number
-        except (ValueError, ZeroDivisionError):
-            value = math.nan
-    if not math.isfinite(value) or value == 0.0:
-        raise InputError(
-            f"--scale {text} is not allowed: the factor must be numbers and pi joined by * and /, finite and not zero"
-        )
-    return value
+        return value
+    return math.nan

@@ -99,19 +99,16 @@ def usable_segments(log: Log, shortest: int = 2) -> tuple[list[range], list[Skip
     """
     median_step(log)
     finite = np.all([np.isfinite(series) for series in log.series.values()], axis=0)
-    steps, between = steps_of(log.time), finite[1:] & finite[:-1]
-    broken = ~((steps > 0.0) & (steps <= longest_step(log.time)))
-    skipped = [Skipped(*run, "values that are no finite numbers") for run in runs(~finite)]
-    for place in (np.flatnonzero(broken & between) + 1).tolist():
+    steps, cuts = steps_of(log.time), find_jumps(log)
+    for place in (np.flatnonzero(~((steps > 0.0) & (steps <= longest_step(log.time)))) + 1).tolist():
         before, after = log.time[place - 1], log.time[place]
         what = "leaves a gap" if after > before else "jumps back" if after < before else "stands still"
-        skipped.append(Skipped(place, place, f"the clock {what}, from {before:.6g} s to {after:.6g} s"))
-    jumps = find_jumps(log)
-    skipped += [one for one in jumps if between[one.start - 1] and not broken[one.start - 1]]
-    broken[[one.start - 1 for one in jumps]] = True
+        cuts[place] = f"the clock {what}, from {before:.6g} s to {after:.6g} s"
+    skipped = [Skipped(*run, "values that are no finite numbers") for run in runs(~finite)]
+    skipped += [Skipped(place, place, why) for place, why in cuts.items() if finite[place - 1] and finite[place]]
     segments: list[range] = []
-    edges = np.flatnonzero(broken | (finite[1:] != finite[:-1])) + 1
-    for begin, end in pairwise([0, *edges.tolist(), finite.size]):
+    edges = {0, *cuts, *(np.flatnonzero(finite[1:] != finite[:-1]) + 1).tolist(), finite.size}
+    for begin, end in pairwise(sorted(edges)):
         if finite[begin] and end - begin >= shortest:
             segments.append(range(begin, end))
         elif finite[begin]:
@@ -139,22 +136,21 @@ def bridged(time: Array, mask: NDArray[np.bool_], widest: int) -> NDArray[np.boo
     return found
 
 
-def find_pauses(time: Array) -> NDArray[np.int64]:
-    """Return the samples before which a clock leaves a gap."""
+def are_pauses(time: Array) -> NDArray[np.bool_]:
+    """Tell before which samples a clock leaves a gap."""
     steps = steps_of(time)
-    return np.flatnonzero((steps > longest_step(time)) & (steps < np.inf)) + 1
+    return np.append(False, (steps > longest_step(time)) & (steps < np.inf))
 
 
-def find_jumps(log: Log) -> list[Skipped]:
-    """Return the places before which a position jumps within one sample; of a jump there and back, both."""
+def find_jumps(log: Log) -> dict[int, str]:
+    """Return the samples before which a position jumps within one step, with how far; of one there and back, both."""
     steps = steps_of(log.time[:0] if log.position is None else log.position)
-    usual, pauses = usual_step(steps), find_pauses(log.time)
+    usual, pauses = usual_step(steps), are_pauses(log.time)
     if steps.size < 3 or not usual:
-        return []
+        return {}
     large = runs(np.abs(steps) > TUNING.jump * usual)
     places = [place for start, stop in large if stop - start <= 2 for place in range(start + 1, stop + 1)]
-    said = {place: f"the position jumps by {steps[place - 1]:.3g}" for place in places if place not in pauses}
-    return [Skipped(place, place, reason) for place, reason in said.items()]
+    return {place: f"the position jumps by {steps[place - 1]:.3g}" for place in places if not pauses[place]}
 
 
 def usual_step(steps: Array) -> float:

@@ -114,35 +114,23 @@ def _read_mat(path: Path, wanted: Collection[str]) -> Content:
     So Simulink's structure with time has ``out.time`` and ``out.signals.values``. Version 7.3 is HDF5, axes reversed.
     """
     try:
-        arrays = dict(_flatten(io.loadmat(path, simplify_cells=True)))
+        content = io.loadmat(path, simplify_cells=True)
     except NotImplementedError:
         shapes, arrays, _ = _read_hdf5(path, wanted)
         return Content({name: one[::-1] for name, one in shapes.items()}, {name: one.T for name, one in arrays.items()})
+    arrays = dict(_numbers({name: value for name, value in content.items() if not name.startswith("__")}))
     return Content({name: one.shape for name, one in arrays.items()}, arrays)
-
-
-def _flatten(content: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, NDArray[Any]]]:
-    for name, value in content.items():
-        is_row = isinstance(value, list) or (isinstance(value, np.ndarray) and value.dtype.kind == "O")
-        if isinstance(value, Mapping):
-            yield from _flatten(value, f"{prefix}{name}.")
-        elif is_row and all(isinstance(member, Mapping) for member in value):
-            yield from _flatten({str(place): member for place, member in enumerate(value)}, f"{prefix}{name}.")
-        elif not name.startswith("__") and np.asarray(value).dtype.kind in "iufb":
-            yield prefix + name, np.asarray(value)
 
 
 def _read_hdf5(path: Path, wanted: Collection[str]) -> Content:
     """Read datasets of an HDF5 file; those in a group are named GROUP.DATASET, those of compounds DATASET.FIELD."""
     h5py = library("h5py", f"{path}: to read it")
     with h5py.File(path, "r") as file:
-        sets: dict[str, Any] = {}
-
-        def visit(name: str, item: Any) -> None:
-            if isinstance(item, h5py.Dataset) and item.shape is not None and not name.startswith("#"):
-                sets[name.replace("/", ".")] = item  # without a shape it is empty
-
-        file.visititems(visit)
+        names: list[str] = []
+        file.visit(names.append)
+        items = {name.replace("/", "."): file[name] for name in names if not name.startswith("#")}
+        # a set without a shape is empty
+        sets = {name: item for name, item in items.items() if getattr(item, "shape", None) is not None}
         return _fields({name: (item.shape, item.dtype) for name, item in sets.items()}, wanted, sets)
 
 
@@ -150,19 +138,20 @@ def _read_parquet(path: Path, wanted: Collection[str]) -> Content:
     with library("pyarrow.parquet", f"{path}: to read it").ParquetFile(path) as file:
         rows, names = file.metadata.num_rows, file.schema_arrow.names
         table = file.read(columns=[name for name in wanted if name in names])
-    arrays = {name: _parquet_column(table.column(name)) for name in table.column_names}
+    arrays = {name: _parquet_column(path, name, table.column(name)) for name in table.column_names}
     return Content(dict.fromkeys(names, (rows,)) | {name: array.shape for name, array in arrays.items()}, arrays)
 
 
-def _parquet_column(column: Any) -> NDArray[Any]:
+def _parquet_column(path: Path, name: str, column: Any) -> NDArray[Any]:
     """Return a column as an array; of lists of one length, as LeRobot writes vectors, of two axes."""
-    if not str(column.type).startswith(("list", "large_list", "fixed_size_list")):
+    if "list" not in str(column.type):
         return np.asarray(column.to_numpy())
     rows = column.to_pylist()
-    width = max((len(row) for row in rows if row is not None), default=0)
-    if any(row is not None and len(row) != width for row in rows):
-        raise InputError(f"a column of lists has rows of several lengths, up to {width}; they must be alike")
-    return np.array([[np.nan] * width if row is None else row for row in rows], dtype=float)
+    widths = {len(row) for row in rows if row is not None}
+    if len(widths) > 1:
+        raise InputError(f"{path}: {name} has lists of {min(widths)} to {max(widths)} numbers; they must be alike")
+    missing = [np.nan] * max(widths, default=0)
+    return np.array([missing if row is None else row for row in rows], dtype=float)
 
 
 def _read_mcap(path: Path, wanted: Collection[str]) -> Content:
@@ -226,23 +215,24 @@ def _collected(
 
 
 def _named(stamp: int, content: Any, prefix: str) -> dict[str, NDArray[Any]]:
-    return {f"{prefix}.log_time": np.asarray(stamp * NANO), **dict(_numbers(content, prefix))}
+    return {f"{prefix}.log_time": np.asarray(stamp * NANO), **dict(_numbers(content, f"{prefix}."))}
 
 
-def _numbers(content: Any, prefix: str) -> Iterator[tuple[str, NDArray[Any]]]:
-    """Yield all numbers in a message, and arrays of them, by name."""
+def _numbers(content: Any, prefix: str = "") -> Iterator[tuple[str, NDArray[Any]]]:
+    """Yield all numbers in nested content, and arrays of them, by name; a stamp of a message is a number, too."""
+    is_row = isinstance(content, list) or (isinstance(content, np.ndarray) and content.dtype.kind == "O")
     names = getattr(content, "__dataclass_fields__", getattr(type(content), "__slots__", ()))
-    is_mapping = isinstance(content, Mapping)
-    members: Mapping[str, Any] = content if is_mapping else {name: getattr(content, name) for name in names}
-    if {"sec", "nanosec"} <= set(members):
-        yield prefix, np.asarray(members["sec"] + NANO * members["nanosec"])
-    elif members:
-        for name, member in members.items():
-            yield from _numbers(member, f"{prefix}.{name}")
+    if is_row and all(isinstance(member, Mapping) for member in content):
+        members: Mapping[Any, Any] = dict(enumerate(content))
     else:
-        values = np.asarray("" if isinstance(content, str | bytes) else content)
-        if values.dtype.kind in "iufb" and values.ndim <= 1:
-            yield prefix, values
+        members = content if isinstance(content, Mapping) else {name: getattr(content, name) for name in names}
+    if {"sec", "nanosec"} <= set(members):
+        yield prefix[:-1], np.asarray(members["sec"] + NANO * members["nanosec"])
+    for name, member in members.items():
+        yield from _numbers(member, f"{prefix}{name}.")
+    values = np.asarray("" if members or isinstance(content, str | bytes) else content)
+    if values.dtype.kind in "iufb":
+        yield prefix[:-1], values
 
 
 HINTS = {

@@ -9,6 +9,7 @@ import math
 import re
 import shlex
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from itertools import combinations
 from pathlib import Path
@@ -25,7 +26,7 @@ from controllers.checks import check_numbers
 Array = NDArray[np.float64]
 
 PICKED = re.compile(r"(?P<name>.+)\[(?P<place>\d+)\]")
-KINDS = {"U": "text", "S": "text", "c": "complex numbers"}
+KINDS = {"U": "text", "S": "text", "c": "complex numbers", "m": "months or years, which are no time in seconds"}
 KNOWN = "known torque"  # role of the column of a torque that is subtracted
 
 
@@ -224,11 +225,9 @@ def _series(file: Path, content: Content, column: str, factor: float) -> Array:
     if array.dtype.kind == "M":  # times, in seconds from the first one
         known = array[~np.isnat(array)]
         array = array - (known[0] if known.size else np.datetime64("NaT"))
-    if array.dtype.kind == "m" and np.datetime_data(array.dtype)[0] in "YM":
-        wrong = f"{column} holds months or years, which are no time in seconds"
-    elif array.dtype.kind == "m":
-        array = array / np.timedelta64(1, "s")
-    elif array.dtype.kind not in "iufb":
+    with suppress(TypeError):  # months are not all alike
+        array = array / np.timedelta64(1, "s") if array.dtype.kind == "m" else array
+    if array.dtype.kind not in "iufb":
         wrong = wrong or f"{column} holds {KINDS.get(array.dtype.kind, str(array.dtype))}; it must hold real numbers"
     if wrong:
         raise InputError(f"{file}: {wrong}")

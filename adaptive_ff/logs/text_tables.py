@@ -51,37 +51,24 @@ def reading(path: Path) -> Iterator[None]:
         raise InputError(f"{path}: cannot be read: {reason or type(error).__name__}") from error
 
 
-def read_table(path: Path, wanted: Collection[str]) -> tuple[Layout, dict[str, NDArray[np.float64]]]:
+def read_table(
+    path: Path, wanted: Collection[str], *, complete: bool = False
+) -> tuple[Layout, dict[str, NDArray[np.float64]]]:
     """Return how a text file is written, and those of the wanted columns that there are.
 
     Cells are separated by commas, semicolons, tabs or blanks. Cells without a number become NaN, the first that holds
-    words with a warning; ISO times become seconds from the first one.
+    words with a warning; ISO times become seconds from the first one. A table that must be complete has a header, and
+    a finite number in each cell.
 
     Raises
     ------
     InputError
-        A name is there twice, a row of numbers has more cells than the header has names, or a quote is not closed.
-    """
-    layout = _layout(path)
-    return layout, _columns(path, layout, [name for name in wanted if name in layout.names])
-
-
-def read_complete_table(path: Path, required: list[str], one_of: list[str]) -> dict[str, NDArray[np.float64]]:
-    """Return columns of a text file with a header, all that are required and those there are of some others.
-
-    Raises
-    ------
-    InputError
-        The file cannot be read, a column is missing, or a cell is not a finite number.
+        The file cannot be read, a name is there twice, a row of numbers has more cells than the header has names, a
+        quote is not closed, or a cell of a complete table is not a finite number.
     """
     with reading(path):
-        layout = _layout(path, has_header=True)
-        if not (set(required) <= set(layout.names) and set(one_of) & set(layout.names)):
-            shown = " ".join(", ".join(layout.names).split())
-            need = f"{', '.join(required)} and {' or '.join(one_of)}"
-            raise InputError(f"{path}: the columns are {shown[:80]}; there must be {need}")
-        there = [name for name in required + one_of if name in layout.names]
-        return _columns(path, layout, there, complete=True)
+        layout = _layout(path, has_header=complete)
+        return layout, _columns(path, layout, [name for name in wanted if name in layout.names], complete=complete)
 
 
 def _opened(path: Path) -> TextIO:
@@ -91,7 +78,7 @@ def _opened(path: Path) -> TextIO:
     return path.open(newline="", encoding="utf-16" if is_wide else "utf-8-sig")
 
 
-def _layout(path: Path, *, has_header: bool = False) -> Layout:
+def _layout(path: Path, *, has_header: bool) -> Layout:
     """Look at the first lines of a file; where it need not have a header, a first line of numbers is none."""
     lines: list[str] = []
     comment, ends = "", []  # of each line that is looked at, the lines of the file until its end
@@ -147,9 +134,7 @@ def _is_decimal(cell: str) -> bool:
     return cell.count(",") == 1 and "." not in cell and _is_number(cell, True)
 
 
-def _columns(
-    path: Path, layout: Layout, wanted: list[str], *, complete: bool = False
-) -> dict[str, NDArray[np.float64]]:
+def _columns(path: Path, layout: Layout, wanted: list[str], *, complete: bool) -> dict[str, NDArray[np.float64]]:
     """Read some columns cell by cell; where the table must be complete, refuse a cell without a finite number."""
     for name in wanted:
         if layout.names.count(name) > 1:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from adaptive_ff.errors import InputError
-from adaptive_ff.logs.text_tables import read_complete_table
+from adaptive_ff.logs.text_tables import read_table
 from adaptive_ff.scenario.series import chunks, largest_size, sum_of_sines
 from plant.fields import Finite, NonNegative, Positive, StrictTable
 
@@ -91,7 +91,12 @@ class Recorded(StrictTable):
 
     def read(self) -> "Motion":
         """Read the file."""
-        table = read_complete_table(Path(self.path), [self.time], [self.velocity, self.position])
+        file, (time, *motion) = Path(self.path), (self.time, self.velocity, self.position)
+        names = read_table(file, (), complete=True)[0].names
+        if time not in names or not set(motion) & set(names):
+            shown = " ".join(", ".join(names).split())
+            raise InputError(f"{file}: the columns are {shown[:80]}; there must be {time} and {' or '.join(motion)}")
+        table = read_table(file, [time, *motion], complete=True)[1]
         values = table[self.velocity] if self.velocity in table else table[self.position]
         return Motion(self.path, table[self.time], values, self.velocity not in table)
 

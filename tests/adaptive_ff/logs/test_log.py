@@ -133,6 +133,19 @@ def test_times_and_durations_are_read_as_seconds(tmp_path):
         assert np.delete(read["missing"], 2) == pytest.approx(np.delete(TIME - TIME[0], 2), abs=1e-9)
 
 
+def test_lists_in_a_column_of_parquet_are_picked_by_their_number_and_must_be_alike(tmp_path):
+    """As LeRobot writes vectors."""
+    rows = [*TABLE.tolist()[:-1], None]
+    columns = {"t": TIME, "state": rows, "ragged": [[1.0, 2.0], *[[1.0]] * 6]}
+    parquet.write_table(pyarrow.table(columns), tmp_path / "log.parquet")
+    log = read_log(tmp_path / "log.parquet", time="t", position="state[2]", torque="state[0]")
+    assert np.array_equal(log.position, [*POSITION[:-1], np.nan], equal_nan=True)
+    assert np.array_equal(log.torque, [*TORQUE[:-1], np.nan], equal_nan=True)
+    path = tmp_path / "log.parquet"
+    message = "ragged has lists of 1 to 2 numbers; they must be alike"
+    assert message in refused(f"{path}: ", read_log, path, time="t", position="state[2]", torque="ragged[0]")
+
+
 def test_factors_apply_to_their_columns_only(tmp_path):
     np.savez(tmp_path / "log.npz", ms=1e3 * TIME, all=TABLE)
     scale = {"ms": 1e-3, "all[2]": np.pi / 180.0, "all[0]": -48.0}

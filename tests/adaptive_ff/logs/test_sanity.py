@@ -36,11 +36,11 @@ def test_wraps_are_undone_and_said():
     wrapped = np.angle(np.exp(1j * far))
     count = int(np.count_nonzero(np.abs(np.diff(wrapped)) > 3.0))
     assert count > 4
-    sound = clean(with_position(log, wrapped))
-    undone = sound.log.position
+    sound, (row,) = clean(with_position(log, wrapped))
+    undone = sound.position
     assert undone - undone[0] == pytest.approx(far - far[0], abs=1e-9)
-    assert sound.said == [f"the position wraps {count} times by a turn; that is undone"]
-    assert clean(with_position(log, wrapped), linear=True).log.position is wrapped
+    assert row == ("wraps", 0, f"the position wraps {count} times by a turn; that is undone")
+    assert clean(with_position(log, wrapped), linear=True)[0].position is wrapped
 
 
 def test_log_is_cut_where_the_position_jumps():
@@ -48,14 +48,15 @@ def test_log_is_cut_where_the_position_jumps():
     position = log.position.copy()
     position[5000:] += 0.9
     position[9000:] -= 0.9
-    assert [jump.start for jump in find_jumps(with_position(log, position))] == [5000, 9000]
+    assert list(find_jumps(with_position(log, position))) == [5000, 9000]
     found = identify_log(with_position(log, position))
     assert any("the position jumps 2 times" in caution for caution in found.cautions)
     assert [skip.start for skip in found.data.skipped] == [5000, 9000]
     for name, true in JOINT.items():
         assert found.value(name) == pytest.approx(true, rel=0.05)
     position[9000:] += 0.9
-    assert "the position jumps once within one sample; the log is cut there" in clean(with_position(log, position)).said
+    said = [row.said for row in clean(with_position(log, position))[1]]
+    assert "the position jumps once within one sample; the log is cut there" in said
 
 
 @pytest.mark.parametrize("as_position", [True, False])
@@ -68,16 +69,16 @@ def test_pause_of_the_recording_is_called_one_and_the_log_is_cut_there(as_positi
     assert found.cautions == [said]
     assert found.data.skipped == [Skipped(7000, 7000, "the clock leaves a gap, from 13.998 s to 14.498 s")]
     assert [note for note in replay_log(paused).notes if "pauses" in note] == [f"{said[0].upper()}{said[1:]}."]
-    (said,) = clean(log.part(np.delete(ROWS, np.r_[3000:3400, 7000:7249]))).said
+    ((_, _, said),) = clean(log.part(np.delete(ROWS, np.r_[3000:3400, 7000:7249])))[1]
     assert said == "the recording pauses 2 times, the longest for 0.802 s after 5.998 s; the log is cut there"
 
 
 def test_jump_beside_a_pause_is_still_a_jump():
     log = make_log(noise=0.05)
     position = np.where(ROWS < 9000, log.position, log.position + 0.9)
-    sound = clean(with_position(log, position).part(np.delete(ROWS, np.s_[7000:7249])))
-    assert [jump.start for jump in find_jumps(sound.log)] == [9000 - 249]
-    assert [sentence.split(" for ")[0] for sentence in sound.said] == [
+    sound, rows = clean(with_position(log, position).part(np.delete(ROWS, np.s_[7000:7249])))
+    assert list(find_jumps(sound)) == [9000 - 249]
+    assert [row.said.split(" for ")[0] for row in rows] == [
         "the recording pauses once",
         "the position jumps once within one sample; the log is cut there",
     ]
@@ -87,16 +88,16 @@ def test_each_step_is_one_row_of_the_table():
     log = make_log(noise=0.05)
     log.torque[[100, 300]] = np.nan
     log.position[5000] += 3.3
-    found = clean(log.part(np.insert(ROWS, 700, 700)))
-    assert [row[:2] for row in found.rows] == [("duplicate stamps", 1), ("missing values", 2), ("spikes", 1)]
-    assert {row.step for row in found.rows} <= set(STEPS)
+    _, rows = clean(log.part(np.insert(ROWS, 700, 700)))
+    assert [row[:2] for row in rows] == [("duplicate stamps", 1), ("missing values", 2), ("spikes", 1)]
+    assert {row.step for row in rows} <= set(STEPS)
 
 
 def test_sound_log_is_left_as_it_is():
     log = make_log(noise=0.05)
-    sound = clean(log)
-    assert sound.said == find_jumps(sound.log) == []
-    assert sound.log.position is log.position
+    sound, rows = clean(log)
+    assert (rows, find_jumps(sound)) == ([], {})
+    assert sound.position is log.position
 
 
 def test_units_follow_a_current():

@@ -23,7 +23,7 @@ WAYS = {
     "row of units and decimal commas": "t;q;u\ns;rad;\n0,0;1,5;-2\n0,1;1,25;3e1\n",
     "row of units after a blank line": "t,q,u\n\n[s],[rad],[N m]\n0.0,1.5,-2\n0.1,1.25,30\n",
     "row of units after a comment": "t,q,u\n# units\n[s],[rad],[N m]\n0.0,1.5,-2\n0.1,1.25,30\n",
-    "header with a line break": 't,q,"u"\n0.0,1.5,-2\n0.1,1.25,30\n',
+    "header with a line break": 't,q,"u\n"\n0.0,1.5,-2\n0.1,1.25,30\n',
     "byte order mark": "\ufefft,q,u\n0.0,1.5,-2\n0.1,1.25,30\n",
     "Fortran in double precision": "t q u\n0.0D+00 1.5d0 -.2D+01\n1.D-01 1.25D0 0.3D+02\n",
     "minus signs": f"t q u\n{MINUS}".replace(" ", ","),  # all negative values were left out as no numbers
