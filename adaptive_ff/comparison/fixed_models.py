@@ -34,7 +34,7 @@ STREAM = 4  # stream of random numbers for nominal parameters, beside those of r
 LEAST_REACH = 1e-3  # presliding displacement of a joint that has none, over ``assumed_displacement``
 SPEEDS = 500  # number of speeds that the Coulomb-viscous form is fitted at, evenly spread over the time of the motion
 DURATION, OTHER_SEED = 120.0, 1_000_000  # length of the calibration run, s, and what is added to the scenario's seed
-LAG_STEP = 0.01  # resolution of the identified friction lag, in time constants ``J/Kp`` of the feedback
+LAGS = 2.0 ** np.arange(-7.0, 0.25, 0.5)  # friction lags that are tried beside none, over the largest possible one
 
 
 def coulomb_form(model: TorqueModel, reference: NDArray[np.float64]) -> TorqueModel:
@@ -89,16 +89,20 @@ def _identified(text: str) -> TorqueModel:
 
     def error(lag: float) -> float:
         try:
-            modelled = _modelled(scenario, setup, found._replace(friction_lag=float(lag)))
+            modelled = _modelled(scenario, setup, found._replace(friction_lag=lag))
         except ValueError:  # the solver period does not suit it
             return math.inf
         return float(np.mean((drive_over(plain_pi(scenario), modelled).record.measured - run.measured) ** 2))
 
-    constant = response_time(scenario)
-    options = {"xatol": LAG_STEP * constant}
-    bounds = (0.0, largest_lag(constant))
-    search = scipy.optimize.minimize_scalar(error, bounds=bounds, method="bounded", options=options)
-    return found._replace(friction_lag=float(search.x) if search.fun < error(0.0) else 0.0)
+    # the error is rough: sticking begins and ends at steps of the solver; so a grid, and a parabola over its best part
+    lags = np.append(0.0, largest_lag(response_time(scenario)) * LAGS)
+    errors = np.array([error(lag) for lag in lags.tolist()])
+    best = int(np.argmin(errors))
+    near = slice(best - 1, best + 2)
+    if 0 < best < lags.size - 1 and np.isfinite(errors[near]).all():
+        curvature, slope, _ = np.polyfit(lags[near], errors[near], 2)
+        return found._replace(friction_lag=float(-0.5 * slope / curvature))
+    return found._replace(friction_lag=float(lags[best]))
 
 
 def _modelled(scenario: Scenario, setup: RunSetup, model: TorqueModel) -> RunSetup:
