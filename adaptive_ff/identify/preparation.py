@@ -20,7 +20,7 @@ from adaptive_ff.identify.motion import (
     make_rows,
     spectrum,
 )
-from adaptive_ff.identify.regression import Fit, Folds, Model, sums
+from adaptive_ff.identify.regression import NOISE_FRACTION, Fit, Folds, Model, sums
 from adaptive_ff.logs.cleaning import clean, lacking_column
 from adaptive_ff.logs.defects import Skipped, median_step, usable_segments
 from adaptive_ff.logs.log import KNOWN, Log
@@ -172,6 +172,13 @@ def _filtered(
         raise InputError(
             f"{name}: the joint slides in {counted(count, 'row')} of the band of {band:.3g} Hz only; there must be "
             f"at least {FEWEST_ROWS}: record for longer, or give a wider --bandwidth"
+        )
+    speed = np.concatenate([made.velocity[made.inner] for made in rows])
+    fraction = rows[0].noise ** 2 / float(np.mean(speed**2))
+    if fraction > NOISE_FRACTION:
+        raise InputError(
+            f"{name}: the speed is lost in the noise of the {'position' if found.noise.of_position else 'velocity'}, "
+            f"which is {100.0 * math.sqrt(fraction):.0f} % of it (rms): record faster motion, or with a finer sensor"
         )
     cycles = count / (TUNING.rows_in_cycle * band) * found.slow
     folds = min(int(np.clip(cycles, *FOLDS)), max(4, count // 12))

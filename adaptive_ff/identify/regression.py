@@ -128,8 +128,8 @@ def solve(gram: Array, moment: Array, names: tuple[str, ...], *, bounded: bool =
     if bounded and np.any(values < low):
         powers, axes = np.linalg.eigh(scaled)
         root = np.sqrt(np.maximum(powers, 1e-9))
-        values = optimize.lsq_linear(root[:, np.newaxis] * axes.T, (axes.T @ right) / root, (low, np.inf)).x
-        values = np.where((low == 0.0) & (values < 1e-9), 0.0, values)
+        rows, right = root[:, np.newaxis] * axes.T, (axes.T @ right) / root
+        values = optimize.lsq_linear(rows, right, (low, np.inf), method="bvls").x
     return np.asarray(values / scale)
 
 

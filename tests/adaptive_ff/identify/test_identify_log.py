@@ -266,6 +266,19 @@ def test_torque_that_has_nothing_to_do_with_the_motion_is_refused():
         identify_log(with_torque(log, noise - 0.15 * log.torque))
 
 
+@pytest.mark.parametrize("moving", ["position", "velocity"])
+def test_speed_that_is_mostly_noise_is_refused_as_lost_in_it(moving):
+    """White noise behind the wide filter, over the motion that it is added to, rms: from one on it is refused."""
+    log = make_log(duration=60.0, as_position=moving == "position")
+    motion, noise = log.series[moving], np.random.default_rng(12).standard_normal(log.time.size)
+    speeds = [lowpass(25.0, 0.002)(one) for one in (motion, noise)]
+    true, unit = (np.std(derivative(one, 0.002) if moving == "position" else one) for one in speeds)
+    loud, quiet = (replace(log, **{moving: motion + over * true / unit * noise}) for over in (1.15, 0.87))
+    assert prepare(quiet, bandwidth=5.0).used == log.time.size
+    with pytest.raises(InputError, match=f"log: the speed is lost in the noise of the {moving}, which is 7[4-7] % of"):
+        prepare(loud, bandwidth=5.0)
+
+
 def test_ten_samples_are_refused():
     log = make_log()
     with pytest.raises(InputError, match="log: the log has 10 samples; there must be at least 50"):
