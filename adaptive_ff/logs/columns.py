@@ -24,20 +24,16 @@ USUAL = {
 
 FASTEST_JOINT = 100.0  # speed, rad/s, from which degrees are suspected
 PLACE = re.compile(r"(\[\d+\])?$")  # which series of an array is picked, at the end of the name of a column
+BETWEEN = r"[\s*.·]?"  # the factors of a unit
 BEFORE = r"(?:^|[\s_.,:/\[({])"
 MILLIAMPERES = "mA"
 ROTARY, LINEAR, ANY = (False,), (True,), (False, True)
 
-TAKEN = {
-    "time": ("seconds", "seconds"),
-    "position": ("radians", "metres"),
-    "velocity": ("rad/s", "m/s"),
-    "torque": ("N m", "N"),
-}
-"""Units in which columns are taken, of rotary joints and of linear axes."""
+TAKEN = {"time": ("s", "s"), "position": ("rad", "m"), "velocity": ("rad/s", "m/s"), "torque": ("N m", "N")}
+"""Units in which columns are taken, of rotary joints and of linear axes.
 
-OWN = {"position": ("rad", "m"), "velocity": ("rad/s", "m/s"), "torque": (r"n[\s*.·]?m", "n")}
-"""How they are written in brackets, which tells the axis; an ``m`` that is not in brackets may be one of a motor."""
+In brackets they tell the axis; an ``m`` that is not in brackets may be one of a motor.
+"""
 
 UNITS = (
     ("time", ANY, "milliseconds", "1e-3", "ms|msec|millis|milliseconds"),
@@ -59,9 +55,9 @@ UNITS = (
     ("velocity", ROTARY, "milliradians per second", "1e-3", "mrad/s|mrad_s"),
     ("velocity", LINEAR, "millimetres per second", "1e-3", "mm/s|mm_s"),
     ("velocity", LINEAR, "metres per minute", "1/60", "m/min"),
-    ("torque", ROTARY, "mN m", "1e-3", r"mnm|mn[\s*.·]m|nmm|n[\s*.·]mm"),
-    ("torque", ROTARY, "N cm", "1e-2", r"ncm|n[\s*.·]cm"),
-    ("torque", ROTARY, "kN m", "1e3", r"knm|kn[\s*.·]m"),
+    ("torque", ROTARY, "mN m", "1e-3", f"mn{BETWEEN}m|n{BETWEEN}mm"),
+    ("torque", ROTARY, "N cm", "1e-2", f"n{BETWEEN}cm"),
+    ("torque", ROTARY, "kN m", "1e3", f"kn{BETWEEN}m"),
     ("torque", LINEAR, "kN", "1e3", "kn"),
     ("torque", ANY, "per cent", "RATED/100", "%|pct|percent"),
     ("torque", ANY, "per mille", "RATED/1000", "‰|per_?mille?|promille"),
@@ -117,15 +113,14 @@ def foreign_unit(column: str, role: str, *, linear: bool) -> Unit | None:
 
     The role is ``time``, ``position``, ``velocity`` or that of a torque.
     """
-    known, plain = role if role in TAKEN else "torque", _bare(column)
+    known, plain = role if role in TAKEN else "torque", _bare(column).casefold()
+    own, other = TAKEN[known][linear], TAKEN[known][not linear]
     for axis in (linear, not linear):
         for of_role, axes, name, factor, written in UNITS:
-            ending = BEFORE + rf"(?:{written})[\])}}]?$"
-            if of_role == known and axis in axes and re.search(ending, plain.casefold()):
-                taken = "A" if name == MILLIAMPERES else TAKEN[known][linear]
-                return Unit(name, taken, factor if axis == linear else "")
-    own = re.search(rf"[\[(]({OWN[role][not linear]})[\])]$", plain, re.IGNORECASE) if role in OWN else None
-    return Unit(own[1], TAKEN[known][linear], "") if own else None
+            if of_role == known and axis in axes and re.search(BEFORE + rf"(?:{written})[\])}}]?$", plain):
+                return Unit(name, "A" if name == MILLIAMPERES else own, factor if axis == linear else "")
+    of_other_axis = re.search(rf"[\[(]{other.lower().replace(' ', BETWEEN)}[\])]$", plain)
+    return Unit(other, own, "") if of_other_axis and other != own else None
 
 
 def is_current(column: str, factor: float | None = None) -> bool:

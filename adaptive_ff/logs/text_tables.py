@@ -32,9 +32,8 @@ class Layout(NamedTuple):
     names: list[str]  # of its columns
     separator: str  # empty for blanks
     comma: bool  # whether decimals have a comma
-    skipped: int  # lines before the first row
+    skipped: int  # lines before the first row; none where there is no header
     units: dict[str, str]  # by column, of a row below the header
-    is_headed: bool  # whether there is a header
 
 
 @contextmanager
@@ -103,10 +102,10 @@ def _layout(path: Path, *, has_header: bool) -> Layout:
         known = [[_is_number(cell, comma) for cell in row if cell.lower() not in UNKNOWN] for row in rows]
         has_units = not has_header and len(rows) == 2 and known[0] != [] and not any(known[0]) and any(known[1])
         units = {name: unit for name, unit in zip(first, rows[0], strict=False) if unit} if has_units else {}
-        return Layout(first, separator, comma, ends[has_units], units, is_headed=True)
+        return Layout(first, separator, comma, ends[has_units], units)
     names = _cells(comment, _separator(comment))
     names = names if len(names) == len(first) else list(map(str, range(len(first))))
-    return Layout(names, separator, comma, 0, {}, is_headed=False)
+    return Layout(names, separator, comma, 0, {})
 
 
 def _separator(line: str) -> str:
@@ -148,7 +147,7 @@ def _columns(path: Path, layout: Layout, wanted: list[str], *, complete: bool) -
             if "\n" in "".join(row):
                 line = number + layout.skipped
                 raise InputError(f"{path}: a quote that begins in or after line {line} is not closed in that line")
-            beyond = layout.is_headed and any(map(str.strip, row[len(layout.names) :]))
+            beyond = layout.skipped and any(map(str.strip, row[len(layout.names) :]))
             if beyond and any(_is_number(cell, layout.comma) for cell in row):  # else a last line of words
                 width = max(place for place, cell in enumerate(row, 1) if cell.strip())
                 raise InputError(

@@ -135,7 +135,7 @@ def test_units_that_columns_say_are_pointed_out_and_milliamperes_become_amperes(
     path.write_text(f"{header}\n[s],[deg],[mA]\n{rows}", encoding="utf-8")
     columns = ["--position", "lage", "--torque", "strom"]
     said = " ".join(identified(path, *columns)[0].err.split())
-    assert "the column lage seems to be in degrees, but is taken as radians: give --scale lage=pi/180" in said
+    assert "the column lage seems to be in degrees, but is taken as rad: give --scale lage=pi/180" in said
     assert "the column strom seems to be in mA, but is taken as A: give --scale strom=1e-3" in said
     outcome, found = identified(path, *columns, "--scale", "lage=pi/180", "--scale", "strom=1e-3")
     assert outcome.warnings == [CURRENT]
