@@ -6,7 +6,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import scipy
-from scipy import special
 
 from adaptive_ff.friction.columns import COULOMB, PATHS, STICTION, Curve, Hypothesis, columns_along
 from adaptive_ff.identify.motion import Array, Rows, derivative
@@ -97,16 +96,6 @@ def unit_torques(rows: Rows, names: tuple[str, ...], shape: Shape, place: Map) -
     return np.asarray(rows.in_band(np.column_stack(columns))[rows.kept])
 
 
-def static_friction(velocity: Array, values: dict[str, float], shape: Shape) -> Array:
-    """Return the static friction curve of estimates at some velocities, N m, without offset and map."""
-    speed, direction = np.abs(velocity), np.sign(velocity)
-    slow = np.exp(-speed / shape.stribeck_velocity) if shape.stribeck_velocity else 0.0
-    dry = values.get("coulomb", 0.0) + values.get("stiction_excess", 0.0) * slow
-    return np.asarray(
-        direction * dry + values.get("viscous", 0.0) * velocity + values.get("viscous_asymmetry", 0.0) * speed
-    )
-
-
 def lagged(values: Array, period: float, lag: float) -> Array:
     """Return what a first-order lag makes of a series, exact for one that is linear between samples."""
     if lag <= 0.0:
@@ -147,7 +136,7 @@ def _dry(rows: Rows, shape: Shape, place: Map) -> dict[str, Array]:
         load = rows.in_band(np.column_stack([_unit(rows, name, place) for name in CARRIED])) @ np.array(shape.load)
     columns = columns_along(hypothesis, curve, rows.between(), rows.period, rows.position, load)
     # as large as the expected sign of the velocity, given the measured one
-    columns *= special.erf(np.abs(rows.velocity) / (math.sqrt(2.0) * max(rows.noise, NO_SPEED)))[:, np.newaxis]
+    columns *= scipy.special.erf(np.abs(rows.velocity) / (math.sqrt(2.0) * max(rows.noise, NO_SPEED)))[:, np.newaxis]
     coulomb = columns[:, PATHS] if shape.path else columns[:, COULOMB] + columns[:, STICTION]
     further = iter(columns.T[PATHS + paths.size :])
     found = {"coulomb": coulomb, "stiction_excess": columns[:, STICTION]}

@@ -1,14 +1,13 @@
 """Identification of a joint from a log: from the samples to the result."""
 
-import math
 from collections.abc import Iterable, Sequence
 
 import numpy as np
 
 from adaptive_ff.errors import InputError, check_kind, check_positive
-from adaptive_ff.identify.columns import ASYMMETRY, TEXTBOOK, Map, Shape
+from adaptive_ff.identify.columns import ASYMMETRY, TEXTBOOK, Map
 from adaptive_ff.identify.preparation import Prepared, prepare
-from adaptive_ff.identify.regression import NOT_NEGATIVE, Model
+from adaptive_ff.identify.regression import NOT_NEGATIVE
 from adaptive_ff.identify.result import LogIdentification
 from adaptive_ff.identify.selection import Selection, select
 from adaptive_ff.identify.units import LINEAR, ROTARY, of_current
@@ -127,28 +126,10 @@ def identify_log(
         of_current(units) if is_current else units,
         **selection._asdict(),
         confidence=confidence,
-        narrowed_by=narrowing_motion(data, selection.textbook.model),
         validation=error,
         validated_on=name,
         cautions=said,
     )
-
-
-def narrowing_motion(data: Prepared, model: Model) -> dict[str, tuple[str, float]]:
-    """Return which motion would narrow each estimate most: ``speed`` or ``acceleration``, and over the usual one.
-
-    A further row ``x`` takes ``(x' M^-1 e)^2`` off the variance of an estimate, to first order, with ``M`` the normal
-    matrix and ``e`` the estimate's unit vector (G. Elfving 1952). Rows weighted by that are faster or slower, and more
-    or less accelerated, than all rows; the larger ratio, or its inverse, counts.
-    """
-    columns = data.columns(*model)
-    gain = np.linalg.lstsq(columns.T @ columns, columns.T)[0] ** 2
-    motions = {"speed": data.velocity, "acceleration": data.columns(("inertia",), Shape())[:, 0]}
-    ratios = np.sqrt([gain @ one**2 / gain.sum(axis=1) / np.mean(one**2) for one in motions.values()])
-    return {
-        name: max(zip(motions, pair, strict=True), key=lambda item: abs(math.log(max(item[1], 1e-9))))
-        for name, pair in zip(model.names, ratios.T.tolist(), strict=True)
-    }
 
 
 SAYS = {

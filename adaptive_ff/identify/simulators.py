@@ -14,11 +14,13 @@ the gear ratio alone. No engine has a Stribeck curve behind a lag; static fricti
 """
 
 import math
+from typing import TYPE_CHECKING
 
 from adaptive_ff.errors import InputError, check_positive
 from adaptive_ff.files import template
-from adaptive_ff.identify.first_estimate import torque_model
-from adaptive_ff.identify.joint import IdentifiedJoint
+
+if TYPE_CHECKING:
+    from adaptive_ff.identify.result import LogIdentification
 
 EARTH = 9.81
 """Acceleration of gravity, m/s^2."""
@@ -34,12 +36,12 @@ ENDINGS = {"mjcf": "joint.xml", "urdf": "joint.urdf", "isaac": "joint_isaac.py",
 """Names of the files that are written, and of their templates, by the simulator."""
 
 
-def simulator_text(found: IdentifiedJoint, kind: str, *, gear_ratio: float = 1.0) -> str:
+def simulator_text(found: "LogIdentification", kind: str, *, gear_ratio: float = 1.0) -> str:
     """Return the joint as a file of a simulator, with what this cannot express as a comment.
 
     Parameters
     ----------
-    found : IdentifiedJoint
+    found : LogIdentification
         The joint.
     kind : str
         ``mjcf``, ``urdf``, ``isaac`` or ``drake``.
@@ -49,7 +51,7 @@ def simulator_text(found: IdentifiedJoint, kind: str, *, gear_ratio: float = 1.0
     if kind not in ENDINGS:
         raise InputError(f"simulator {kind!r} is not known; allowed: {', '.join(ENDINGS)}")
     check_positive(gear_ratio=gear_ratio)
-    model = torque_model(found, 1.0 if found.units["torque"] == "A" else None)
+    model = found.torque_model(1.0 if found.units["torque"] == "A" else None)
     own = model._asdict() | {name: found.value(name) for name in NOT_EXPRESSED}
     joint = {name: value * gear_ratio ** GEARED.get(name, 0) for name, value in own.items()}
     joint["gravity"] = found.gravity[0] * gear_ratio
@@ -69,7 +71,7 @@ def simulator_text(found: IdentifiedJoint, kind: str, *, gear_ratio: float = 1.0
     )
 
 
-def _not_expressed(found: IdentifiedJoint, joint: dict[str, float], kind: str) -> list[str]:
+def _not_expressed(found: "LogIdentification", joint: dict[str, float], kind: str) -> list[str]:
     """Return what the joint has and the engines have not."""
     lost = []
     if joint["stiction"] > joint["coulomb"]:

@@ -5,9 +5,8 @@ from collections.abc import Mapping
 from typing import Any
 
 from adaptive_ff.identify.identification import SAYS
-from adaptive_ff.identify.joint import CARE, GOOD, LEFT, WIDE
 from adaptive_ff.identify.regression import Parameter
-from adaptive_ff.identify.result import LogIdentification
+from adaptive_ff.identify.result import CARE, GOOD, LEFT, WIDE, LogIdentification
 from adaptive_ff.identify.score import Score
 from adaptive_ff.identify.units import unit_of
 from adaptive_ff.replay.replay import COLD, FIXED, NONE, RECORDED, SAVED, Replay

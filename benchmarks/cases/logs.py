@@ -11,7 +11,7 @@ from typing import Any
 
 from adaptive_ff import InputError
 from adaptive_ff.identify.identification import identify_log
-from adaptive_ff.identify.joint import UNUSABLE
+from adaptive_ff.identify.result import UNUSABLE
 from adaptive_ff.logs.log import Log
 from adaptive_ff.studies.study import Found
 from benchmarks.cases.drawn_logs import TERMS, driven_case, make_case

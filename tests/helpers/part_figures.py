@@ -21,7 +21,6 @@ import plant
 from adaptive_ff.adaptive.tuning import Tuning
 from adaptive_ff.export.sample import made_up_inputs
 from adaptive_ff.friction.model import PER_DIRECTION, WITH_GRAVITY, WITH_OFFSET
-from adaptive_ff.identify.first_estimate import first_estimate
 from adaptive_ff.identify.scenario_text import reference_columns, scenario_text
 from adaptive_ff.identify.score import score_log
 from adaptive_ff.identify.simulators import ENDINGS
@@ -265,7 +264,7 @@ def identified_figures(name):
         "scenario": words_of(lambda: re.sub(r"_noise = \S+", "", scenario_text(found, "reference.csv")))
     }  # roundings
     texts |= {"reference": digest(plain(reference_columns(found)))}
-    texts |= {f"first {constant}": words_of(first_estimate, found, constant) for constant in (None, 1.7)}
+    texts |= {f"first {constant}": words_of(found.first_estimate, constant) for constant in (None, 1.7)}
     texts |= {"verdict": " | ".join(verdict_lines(found)), "details": " | ".join(details(found))}
     score = {} if log.position is None else score_log(log, log, **options).to_dict() | {"identification": {}}
     return dict(numbers(found.to_dict())) | dict(numbers(score, "score")) | texts

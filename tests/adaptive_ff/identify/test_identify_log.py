@@ -13,9 +13,9 @@ from synthetic_logs import JOINT, make_log, sines_log
 from adaptive_ff import InputError, identify_log, load_scenario, simulate
 from adaptive_ff.identify.columns import Map, Shape, unit_torques
 from adaptive_ff.identify.identification import FAMILIES
-from adaptive_ff.identify.joint import CARE, GOOD, UNUSABLE
 from adaptive_ff.identify.motion import Noise, Segment, derivative, lowpass, make_rows, spectrum
 from adaptive_ff.identify.preparation import narrowed, prepare
+from adaptive_ff.identify.result import CARE, GOOD, UNUSABLE
 from adaptive_ff.identify.selection import Estimated, Rule, by_band, is_better
 from adaptive_ff.logs.log import KNOWN, Log
 

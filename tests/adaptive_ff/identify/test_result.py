@@ -12,9 +12,8 @@ from synthetic_logs import make_log
 from adaptive_ff import InputError
 from adaptive_ff.identify.columns import Map, Shape, lagged
 from adaptive_ff.identify.identification import _check_plausible
-from adaptive_ff.identify.joint import CARE, GOOD, UNUSABLE
 from adaptive_ff.identify.regression import Fit, Model, Parameter
-from adaptive_ff.identify.result import LogIdentification
+from adaptive_ff.identify.result import CARE, GOOD, UNUSABLE, LogIdentification
 from adaptive_ff.identify.scenario_text import _beside_friction, joined_ends
 from adaptive_ff.identify.simulators import ENDINGS
 from adaptive_ff.identify.units import ROTARY
@@ -30,7 +29,7 @@ def identified(shape=SHAPE, *, left=0.1, half=0.1, validation=None, unidentified
     rows = SimpleNamespace(position=np.array([0.25]))
     data = SimpleNamespace(log=make_log(0.1), place=PLACE, velocity=np.array([-1.0, 2.0]), longest=rows)
     fit = Fit(Model(tuple(values), shape), parameters, left)
-    return LogIdentification(data, ROTARY, fit, None, (), dict.fromkeys(unidentified), 0.95, {}, validation)
+    return LogIdentification(data, ROTARY, fit, None, (), dict.fromkeys(unidentified), 0.95, validation)
 
 
 def test_torque_model_and_friction_have_the_values_but_of_a_dip():
