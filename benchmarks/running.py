@@ -55,10 +55,10 @@ def run_suite(
 
 def suite_fingerprint(suite: Suite) -> str:
     """Return the digest of all that the figures of a suite depend on: code, scenarios, what it says of its cases."""
-    root, ends = SUITES.parent, ("toml", "xml", "c", "ld")
-    data = [file for end in ends for file in root.rglob(f"*.{end}") if file.parent not in (root, SUITES)]
-    generators = [f"benchmarks.cases.{table['from'].partition(':')[0]}" for table in suite.cases]
-    return fingerprint([*generators, *suite.modules], [*SCENARIOS.rglob("scenarios/*"), *data], repr(suite.cases))
+    modules = [*(f"benchmarks.cases.{table['from'].partition(':')[0]}" for table in suite.cases), *suite.modules]
+    folders = {SUITES.parent / name.split(".")[1] for name in modules if name.startswith("benchmarks.")}
+    data = [file for folder in folders for end in ("toml", "xml", "c", "ld") for file in folder.rglob(f"*.{end}")]
+    return fingerprint(modules, [*SCENARIOS.rglob("scenarios/*"), *data], repr(suite.cases))
 
 
 def run_case(case: Case, controllers: list[str]) -> Found:

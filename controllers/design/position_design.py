@@ -14,6 +14,9 @@ from controllers.design.velocity_filter import VelocityFilter, filter_of, in_z
 BANDWIDTH_FRACTION = 1.0 / 6.0
 """Default position gain, as a fraction of the angular bandwidth of the velocity loop."""
 
+LEAST_GAIN = 2e-3 * math.pi
+"""Position gain at which the search for the largest begins, as a fraction of the bandwidth of the velocity loop."""
+
 
 @dataclass(frozen=True)
 class PositionDesign(LoopMargins):
@@ -83,7 +86,7 @@ def design_position_loop(
 
     reached = loop_margins(*opened(gain * period))
     if not reached.maximum_sensitivity <= maximum_sensitivity:
-        start = 1e-3 * 2.0 * math.pi * relative
+        start = LEAST_GAIN * relative
         if not loop_margins(*opened(start)).maximum_sensitivity <= maximum_sensitivity:
             raise ValueError(
                 f"bandwidth = {bandwidth:g} Hz is not allowed: with {int(delay)} periods of {period:g} s of delay no "

@@ -137,3 +137,13 @@ def test_stale_suites_are_run_and_one_that_fails_does_not_end_the_others(tmp_pat
     assert done.exit_code == 1
     assert [file.name for file in (tmp_path / "out").iterdir()] == ["matrix.json"]
     assert done.stderr.splitlines()[-1] == "benchmarks: arms: --only = 'slow_010' matches no case of arms"
+
+
+def test_data_counts_for_suites_with_a_module_beside_it_alone(tmp_path, monkeypatch):
+    marks = {}
+    for text in ("", "one = 1"):
+        (tmp_path / "mutation").mkdir(exist_ok=True)
+        (tmp_path / "mutation" / "equivalent.toml").write_text(text)
+        monkeypatch.setattr(running, "SUITES", tmp_path / "suites")
+        marks[text] = {name: running.suite_fingerprint(load_suite(name)) for name in ("mutation", "machines")}
+    assert [name for name, mark in marks[""].items() if marks["one = 1"][name] != mark] == ["mutation"]

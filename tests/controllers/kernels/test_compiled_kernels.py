@@ -9,6 +9,7 @@ import pytest
 from kernels_from_text import compiling
 
 from controllers import Inputs, Output
+from controllers.kernels import compiler
 from controllers.kernels.language import call
 from controllers.native import TORQUE, CalledBack
 
@@ -25,6 +26,14 @@ print(compiled(kernel)(3.0), PI(100.0, 0.0, 0.01).step(0.5, 0.1))
 def running(tmp_path, **variables):
     line, known = [sys.executable, "-c", SCRIPT, str(tmp_path)], compiling(tmp_path / "cache", **variables)
     return subprocess.Popen(line, env=known, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+
+
+def test_on_macos_a_compiler_that_is_not_installed_is_asked_for_without_being_called(monkeypatch):
+    called = []
+    monkeypatch.setattr(sys, "platform", "darwin")
+    monkeypatch.setattr("subprocess.run", lambda line, **_: called.append(line) or subprocess.CompletedProcess(line, 1))
+    assert not compiler._works(["cc"])
+    assert called == [["xcode-select", "-p"]]
 
 
 SANITIZED = """
