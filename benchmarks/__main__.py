@@ -16,7 +16,7 @@ from adaptive_ff.cli.output import error_console, progress_bars
 from adaptive_ff.errors import InputError
 from benchmarks.compare import HEADINGS, MOVED_HEADINGS, compared_controllers, moved_lines, summary_lines
 from benchmarks.pages import ROOT, filled_numbers, numbers_by_hand, pages, rendered, stored, typed_numbers
-from benchmarks.results import RESULTS, read_result, results_in
+from benchmarks.results import RESULTS, read_result
 from benchmarks.running import BASE, run_suite, suite_fingerprint
 from benchmarks.suite import load_suite, suite_names
 
@@ -105,7 +105,8 @@ def compare(
     """Print what became better and what worse from one folder of results to another."""
     table = Table(*HEADINGS, title=f"{first} -> {second}, PI's error over the controller's")
     moved = Table(*MOVED_HEADINGS, title="medians that moved by more than a tenth")
-    for name in suites.split(",") if suites else sorted(set(results_in(first)) & set(results_in(second))):
+    there = (file.stem for file in sorted(first.glob("*.json")) if (second / file.name).is_file())
+    for name in suites.split(",") if suites else there:
         before, after = read_result(first, name), read_result(second, name)
         if before is None or after is None:
             raise InputError(f"--suites: {name!r} has no result in {first if before is None else second}")

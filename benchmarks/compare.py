@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Iterator, Sequence
-from typing import NamedTuple
 
 import numpy as np
 
@@ -24,22 +23,19 @@ MOVED_HEADINGS = ("suite", "contract", "controller", "row", "figure", "before", 
 """Of :func:`moved_lines`."""
 
 
-class Pair(NamedTuple):
-    """Figures of the same cases of a row in two results, one value a case."""
+def pairs(
+    suite: Suite, first: Result, second: Result, controller: str
+) -> Iterator[tuple[str, str, tuple[Columns, Columns]]]:
+    """Yield the rows that both results have of a controller: name, in- or outside the contract, figures of both.
 
-    row: str
-    contract: str  # whether the row is ``"inside"`` or ``"outside"``
-    both: tuple[Columns, Columns]
-
-
-def pairs(suite: Suite, first: Result, second: Result, controller: str) -> Iterator[Pair]:
-    """Yield the rows that both results have of a controller, with the cases that both have."""
+    A figure has a value for each of the cases that both have.
+    """
     for name, row in first.rows.items():
         rows = (row, second.rows.get(name, Row()))
         seeds = set(row.seeds) & set(rows[1].seeds)
         if seeds and all(controller in one.figures for one in rows):
             before, after = (_of_seeds(one, controller, seeds) for one in rows)
-            yield Pair(name, "outside" if suite.is_outside(name) else "inside", (before, after))
+            yield name, "outside" if suite.is_outside(name) else "inside", (before, after)
 
 
 def _of_seeds(row: Row, controller: str, seeds: set[int]) -> Columns:
@@ -61,7 +57,7 @@ def summary_lines(suite: Suite, first: Result, second: Result, controllers: Sequ
     for controller in controllers:
         listed = list(pairs(suite, first, second, controller))
         for contract in ("inside", "outside"):
-            chosen = [pair.both for pair in listed if pair.contract == contract]
+            chosen = [both for _, which, both in listed if which == contract]
             settled, windows, *others = (
                 [[value for both in chosen for value in both[side].get(figure, [])] for side in (0, 1)]
                 for figure in SUMMARISED

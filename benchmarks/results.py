@@ -89,11 +89,6 @@ def read_result(folder: Path, suite: str) -> Result | None:
     return Result(**content, rows=rows)
 
 
-def results_in(folder: Path) -> list[str]:
-    """Return the names of the suites that a folder has results of."""
-    return sorted(file.stem for file in folder.glob("*.json"))
-
-
 def circumstances() -> dict[str, Any]:
     """Return commit, machine and versions of a run that begins now."""
     git = ["git", "-C", str(RESULTS.parent), "rev-parse", "--short=7", "HEAD"]

@@ -35,11 +35,15 @@ Generator = Callable[..., list[Case]]
 """Returns cases for a ``count`` of seeds from the ``first`` on, and more arguments."""
 
 
-def seeded(run: Callable[..., dict[str, Any]], rows: Rows | Callable[..., Rows], *, first: int = 1) -> Generator:
+def seeded(
+    run: Callable[..., dict[str, Any]], rows: Rows | Callable[..., Rows], *, first: int = 1, pooled: bool = False
+) -> Generator:
     """Return a generator of a case for each row and seed: ``run(*row, seed, controllers)``."""
 
     def generate(count: int = 1, first: int = first, **given: Any) -> list[Case]:
-        listed, seeds = rows(**given) if callable(rows) else rows, range(first, first + count)
+        listed, seeds = rows(**given) if callable(rows) else rows, list(range(first, first + count))
+        if pooled:
+            return [Case(name, first, partial(run, *row, seeds)) for name, row in listed.items()]
         return [
             Case(f"{name}/{seed}", seed, partial(run, *row, seed)) for name, row in listed.items() for seed in seeds
         ]
@@ -47,14 +51,9 @@ def seeded(run: Callable[..., dict[str, Any]], rows: Rows | Callable[..., Rows],
     return generate
 
 
-def pooled(run: Callable[..., dict[str, Any]], rows: Rows | Callable[..., Rows]) -> Generator:
-    """Return a generator of a case for each row, of all seeds together: ``run(*row, seeds, controllers)``."""
-
-    def generate(count: int = 1, first: int = 1, **given: Any) -> list[Case]:
-        listed, seeds = rows(**given) if callable(rows) else rows, list(range(first, first + count))
-        return [Case(name, first, partial(run, *row, seeds)) for name, row in listed.items()]
-
-    return generate
+pooled = partial(
+    seeded, pooled=True
+)  # of a case for each row, of all seeds together: ``run(*row, seeds, controllers)``
 
 
 @dataclass(frozen=True)

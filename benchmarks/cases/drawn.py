@@ -33,6 +33,7 @@ PEAK_QUANTILE = 0.995
 """Fraction of the time in which the needed torque is no larger than its peak: single peaks are of noise."""
 
 ABOVE_STICTION = 1.02  # least limit of such a drive over the stiction of its joint, which it would never move otherwise
+draw_joint = partial(draw_scenario, load_scenario())  # a joint drawn around the built-in one, by seed and draw
 LASTS = 120.0  # duration of the run of a machine that rests, s
 WEIGHT, SATURATION, REST, GEAR = 1, 2, 3, 4  # streams of random numbers of what is drawn beside the machine
 
@@ -183,11 +184,6 @@ def draw_saturating(seed: int, draw: int) -> Scenario:
     needed = fraction * float(np.quantile(np.abs(run.torque), PEAK_QUANTILE))
     limit = max(needed, ABOVE_STICTION * scenario.joint.stiction)
     return scenario.modified(actuator={"torque_limit": limit, "reports_torque": False})
-
-
-def draw_joint(seed: int, draw: int) -> Scenario:
-    """Return a joint drawn around the built-in one."""
-    return draw_scenario(load_scenario(), seed, draw)
 
 
 def row_of(kind: str, draw: int, scenario: Scenario) -> str:

@@ -80,10 +80,9 @@ def run_case(row: str, joint: dict[str, Any], rate: int, seed: int, controllers:
     scenario = scenario_of(joint, rate, seed)
     runs = {name: simulate(scenario, name, uncertain=False) for name in dict.fromkeys(["pi", *controllers])}
     errors = {name: moving_errors(run) for name, run in runs.items()}
-    rest = {
-        name: at_rest(run.velocity[run.solver_time >= _held_from(run)], run.torque[run.time >= _held_from(run)])
-        for name, run in runs.items()
-    }
+    end, times = float(runs["pi"].solver_time[-1]), (runs["pi"].solver_time, runs["pi"].time)
+    moved, sampled = (time >= end - HOLDING for time in times)
+    rest = {name: at_rest(run.velocity[moved], run.torque[sampled]) for name, run in runs.items()}
     return {"": {"row": row}, **rest_figures(errors, rest, rate)}
 
 
@@ -94,10 +93,6 @@ def moving_errors(run: Run) -> TrackingErrors:
     last = int(np.flatnonzero(run.reference)[-1])
     begin = first_motion_time(run.reference, period)
     return tracking_errors(np.square(run.position_error[:last]), period, begin=begin)
-
-
-def _held_from(run: Run) -> float:
-    return float(run.solver_time[-1]) - HOLDING
 
 
 def at_rest(velocity: Array, torque: Array) -> tuple[float, float]:

@@ -14,7 +14,6 @@ a sensor of velocity, as noisy as the log's velocity; a drive without limit; the
 import json
 import tempfile
 import tomllib
-from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -52,28 +51,17 @@ def closed_loop(found: LogIdentification, log: Log) -> dict[str, float]:
 
 DATA = Path(__file__).resolve().parents[3] / "shared" / "data"
 
+MACHINES: dict[str, dict[str, Any]] = tomllib.loads(Path(__file__).with_suffix(".toml").read_text(encoding="utf-8"))
+"""Tables of the machines by name."""
 
-@cache
-def machines() -> dict[str, dict[str, Any]]:
-    """Return the tables of the machines by name, and of what others identified under ``published``."""
-    return tomllib.loads(Path(__file__).with_suffix(".toml").read_text(encoding="utf-8"))
+PUBLISHED = MACHINES.pop("published")  # what others identified
 
 
 class Job(NamedTuple):
     """A joint of a machine: one log to identify and to start cold on, and perhaps another one."""
 
-    machine: str
+    table: dict[str, Any]  # table of the machine
     joint: str  # empty where there is only one
-
-    @property
-    def name(self) -> str:
-        """Machine and joint."""
-        return f"{self.machine} {self.joint}".strip()
-
-    @property
-    def table(self) -> dict[str, Any]:
-        """Table of the machine."""
-        return machines()[self.machine]
 
     @property
     def linear(self) -> bool:
@@ -101,13 +89,14 @@ class Job(NamedTuple):
         return read_log(path, scale=scale, **columns)
 
 
-LISTED = [(name, table.get("joints", [""])) for name, table in machines().items() if "files" in table]
-JOBS = {job.name: job for job in (Job(name, joint) for name, joints in LISTED for joint in joints)}
+LISTED = {name: table for name, table in MACHINES.items() if "files" in table}
+JOBS = {f"{name} {one}".strip(): Job(table, one) for name, table in LISTED.items() for one in table.get("joints", [""])}
+"""Joints by machine and joint."""
 
 
-def run_job(name: str, _: list[int], controllers: list[str]) -> Found:
+def run_job(joint: str, _: list[int], controllers: list[str]) -> Found:
     """Identify a joint, replay its logs and simulate it; ``controllers`` are the columns of the result."""
-    job = JOBS[name]
+    job = JOBS[joint]
     if missing := job.missing():
         raise ValueError(f"{', '.join(missing)} not there; source: {job.table['origin']}")
     logs = [job.read(record) for record in job.table["files"]]
@@ -130,7 +119,7 @@ def run_job(name: str, _: list[int], controllers: list[str]) -> Found:
                 columns[name].setdefault("left" if figure == "whole" else figure, []).append(value)
     if job.table["simulated"] is True or job.joint in job.table["simulated"]:
         columns["closed loop"] = closed_loop(found, logs[0])
-    return {"": {"row": job.name}, **{name: columns[name] for name in controllers}}
+    return {"": {"row": joint}, **{name: columns[name] for name in controllers}}
 
 
 def identified(joint: str, _: list[int], controllers: list[str]) -> Found:
@@ -140,26 +129,25 @@ def identified(joint: str, _: list[int], controllers: list[str]) -> Found:
     found = identify_log(log, linear=job.linear)
     largest = float(np.nanquantile(np.abs(log.torque), 0.999))
     values = {one: parameter.value for one, parameter in found.parameters.items()} | {"largest": largest}
-    return {"": {"row": job.name}, name: values | {"over_largest": found.value("coulomb") / largest}}
+    return {"": {"row": joint}, name: values | {"over_largest": found.value("coulomb") / largest}}
 
 
 def quoted(joint: str, _: list[int], controllers: list[str]) -> Found:
     """Return what others identified on a joint."""
-    (name,), servos = controllers, machines()["published"]["servos"]
+    (name,), servos = controllers, PUBLISHED["servos"]
     if joint in servos:
         file = DATA / "reference_parameters/bam_servo_friction_parameters.json"
         if not file.is_file():
             raise ValueError(f"{file.name} is not there; source: github.com/Rhoban/bam")
         model = json.loads(file.read_text(encoding="utf-8"))[servos[joint]]["m1"]
         values = {"inertia": model["armature"], "coulomb": model["friction_base"], "viscous": model["friction_viscous"]}
-        values["largest"] = machines()["published"]["largest"][joint]
+        values["largest"] = PUBLISHED["largest"][joint]
     else:
-        values = dict(machines()["published"]["joints"][joint])
+        values = dict(PUBLISHED["joints"][joint])
     if "largest" in values:
         values["over_largest"] = values["coulomb"] / values["largest"]
     return {"": {"row": joint}, name: values}
 
 
-PUBLISHED = machines()["published"]
 joints, frictions = (pooled(run, {name: (name,) for name in JOBS}) for run in (run_job, identified))
 published = pooled(quoted, {joint: (joint,) for joint in (*PUBLISHED["servos"], *PUBLISHED["joints"])})

@@ -7,6 +7,7 @@ given that a velocity made of positions is half a period late; ``adaptive`` is g
 ``adaptive, torque`` the torque of the last period as well.
 """
 
+import itertools
 import math
 from typing import Any, NamedTuple
 
@@ -34,21 +35,15 @@ class Case(NamedTuple):
     """A joint and how it is driven."""
 
     inertia: float  # inertia, kg m^2
-    width: float  # width of the smoothed sign, rad/s
-    rate: int  # sampling rate, Hz
     cascade: bool  # whether a position loop is outside
+    rate: int  # sampling rate, Hz
+    width: float  # width of the smoothed sign, rad/s
 
     @property
     def name(self) -> str:
         """Its name in the table."""
         loop = "moves, position loop" if self.cascade else "multisine, velocity loop"
         return f"{self.inertia:g} kg m², {loop}, {self.rate} Hz, {1e3 * self.width:g} mrad/s"
-
-
-def cases() -> list[Case]:
-    """Return all of them."""
-    kinds = [(cascade, rate) for cascade in (False, True) for rate in (100, 500)]
-    return [Case(inertia, width, rate, cascade) for inertia in JOINTS for cascade, rate in kinds for width in WIDTHS]
 
 
 def friction(case: Case, velocity: float) -> float:
@@ -127,4 +122,5 @@ def run_case(case: Case, seed: int, controllers: list[str]) -> Found:
     return {"": {"row": case.name}, **figures_of(errors)}
 
 
-joints = seeded(run_case, {case.name: (case,) for case in cases()})
+CASES = itertools.starmap(Case, itertools.product(JOINTS, (False, True), (100, 500), WIDTHS))
+joints = seeded(run_case, {case.name: (case,) for case in CASES})
