@@ -1,4 +1,7 @@
-"""How tests run: in several processes where that pays, hypothesis without a clock, fixtures that many files share."""
+"""How tests run: in several processes where that pays, hypothesis without a clock, fixtures that many files share.
+
+Nothing heavy is imported before a fixture needs it: the process that hands out the tests loads this file as well.
+"""
 
 import os
 from concurrent.futures import ThreadPoolExecutor
@@ -6,13 +9,9 @@ from pathlib import Path
 from unittest.mock import patch
 
 import pytest
-from command_line import compile_controllers
 from hypothesis import HealthCheck, settings
-from scenario_files import short, write_scenario
 
-from adaptive_ff.reported import Reported
-
-pytest_plugins = ["pytester", "exports"]
+pytest_plugins = ["pytester"]
 
 settings.register_profile("without clock", deadline=None, suppress_health_check=[HealthCheck.too_slow])
 settings.load_profile("without clock")
@@ -42,6 +41,8 @@ def pytest_xdist_auto_num_workers(config):
 @pytest.fixture(scope="module")
 def compiled():
     """Controllers compiled, so that no test of the command line meets the message of a first run."""
+    from command_line import compile_controllers
+
     compile_controllers()
 
 
@@ -55,13 +56,26 @@ def one_thread():
 @pytest.fixture
 def scenario(tmp_path):
     """A short scenario as a file."""
+    from scenario_files import short, write_scenario
+
     return write_scenario(tmp_path, short())
 
 
 @pytest.fixture
 def without_pictures():
     """Comparisons, and what is made of logs, draw nothing."""
+    from adaptive_ff.reported import Reported
+
     with patch.object(Reported, "plot", lambda result, folder: {}):
+        yield
+
+
+@pytest.fixture(scope="module")
+def compiled_quickly():
+    """Exports are compiled for use here without optimisation; the tests of the exported folder compile with -O2."""
+    from adaptive_ff.export import errors
+
+    with patch.object(errors, "FLAGS", tuple("-O0" if flag == "-O2" else flag for flag in errors.FLAGS)):
         yield
 
 

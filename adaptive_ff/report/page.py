@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping
 from functools import cache
 from importlib.metadata import version
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from matplotlib.figure import Figure
 
@@ -17,15 +17,12 @@ from adaptive_ff.report.comparison_pictures import plot_comparison
 from adaptive_ff.report.table import Table
 from adaptive_ff.report.tables import comparison_tables
 
-if TYPE_CHECKING:
-    from jinja2 import Template
-
 NAME = "report.html"  # of the file in the folder of the results
 LIBRARIES = ("numpy", "scipy", "matplotlib")  # beside this package and Python: what the figures depend on
 
 
 @cache
-def _template() -> "Template":
+def _template() -> Any:
     from jinja2 import Environment, PackageLoader  # here, not above: few commands write a page
 
     return Environment(loader=PackageLoader("adaptive_ff.report", ""), autoescape=True).get_template("page.html")

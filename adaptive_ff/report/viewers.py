@@ -132,16 +132,13 @@ def write_mcap(file: Path, result: Any) -> None:
             messages += [(moment, channel, topic, place) for place, moment in enumerate(topic.time)]
         for number, (moment, channel, topic, place) in enumerate(sorted(messages, key=lambda one: one[0])):
             stamp = max(0, round(float(moment) * NANO))
-            data = json.dumps(_message(topic, place)).encode()
+            values = {
+                name: {one: float(series[place]) for one, series in part.series.items() if np.isfinite(series[place])}
+                for name, part in topic.parts.items()
+            }
+            data = json.dumps(values).encode()
             writer.add_message(channel, log_time=stamp, publish_time=stamp, sequence=number, data=data)
         writer.finish()
-
-
-def _message(topic: Topic, place: int) -> dict[str, dict[str, float]]:
-    return {
-        name: {one: float(series[place]) for one, series in part.series.items() if np.isfinite(series[place])}
-        for name, part in topic.parts.items()
-    }
 
 
 def layout(result: Any) -> str:

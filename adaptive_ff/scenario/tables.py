@@ -90,14 +90,11 @@ class VelocityEstimate(StrictTable):
         return difference
 
 
-def _kind_of_bandwidth(value: Any) -> str:
-    return AUTO if value == AUTO else "hertz"
-
-
 AUTO = "auto"  # in the place of a bandwidth: for each controller the one at which it does best
 
 Bandwidth = Annotated[
-    Annotated[Positive, Tag("hertz")] | Annotated[Literal["auto"], Tag(AUTO)], Discriminator(_kind_of_bandwidth)
+    Annotated[Positive, Tag("hertz")] | Annotated[Literal["auto"], Tag(AUTO)],
+    Discriminator(lambda value: AUTO if value == AUTO else "hertz"),
 ]
 
 

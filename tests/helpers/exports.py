@@ -4,14 +4,12 @@ import itertools
 import shutil
 import subprocess
 from functools import partial
-from unittest.mock import patch
 
 import numpy as np
 import pytest
 from closed_loops import SCENARIO, make
 
 from adaptive_ff.adaptive.controller import AdaptiveController
-from adaptive_ff.export import errors
 from adaptive_ff.export.sample import made_up_inputs
 from adaptive_ff.friction.model import ESTIMATED, PER_DIRECTION, WITH_GRAVITY, WITH_OFFSET
 from benchmarks.export.project import zig
@@ -23,13 +21,6 @@ SIZES = {"symmetric": ESTIMATED, "offset": WITH_OFFSET, "gravity": WITH_GRAVITY,
 
 made = make
 needs_gcc = pytest.mark.skipif(shutil.which("gcc") is None, reason="there is no gcc on this machine")
-
-
-@pytest.fixture(scope="module")
-def compiled_quickly():
-    """Exports are compiled for use here without optimisation; the tests of the exported folder compile with -O2."""
-    with patch.object(errors, "FLAGS", tuple("-O0" if flag == "-O2" else flag for flag in errors.FLAGS)):
-        yield
 
 
 def adaptive(parameters=ESTIMATED, delay=0.0, velocity_lag=0.0, period=0.01, **further):

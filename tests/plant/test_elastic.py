@@ -50,19 +50,14 @@ def test_resonance_and_antiresonance_are_those_of_the_closed_form(period):
     assert dip == pytest.approx(1.0, abs=0.01)
 
 
-def peaks_of(swing):
-    """Maxima of an oscillation."""
-    inside = swing[1:-1]
-    return inside[(inside > swing[:-2]) & (inside >= swing[2:])]
-
-
 def test_free_swing_decays_as_the_closed_form_says():
     damping = 40.0
     joint = free(link_damping=damping, solver_period=1e-4).parameters
     motion = run(joint, REST._replace(twist=0.01), np.zeros(6000), 1e-4)
     rate = 0.5 * damping * (1.0 / MOTOR + 1.0 / LINK)
     omega = math.sqrt(RESONANCE**2 - rate**2)
-    found = peaks_of(motion[:, 4])
+    before, swing, after = motion[:-2, 4], motion[1:-1, 4], motion[2:, 4]
+    found = swing[(swing > before) & (swing >= after)]  # its maxima
     assert len(found) == 9
     assert np.log(found[:-1] / found[1:]) == pytest.approx(rate * 2.0 * math.pi / omega, rel=0.02)
     assert MOTOR * motion[:, 3] + LINK * motion[:, 0] == pytest.approx(0.0, abs=1e-10)  # momentum

@@ -38,15 +38,11 @@ def made_once(name, delayed):
     return made(name, DELAYED if delayed else SCENARIO)
 
 
-def example_of(kind, delayed):
-    """Return the first controller of the comparison whose parameters are of a class; names may fraction one."""
-    return next(c for c in (made_once(name, delayed) for name in NAMES) if type(c.parameters) is kind)
-
-
 @pytest.mark.parametrize("delayed", sampled([False, True], [True]), ids=["prompt", "delayed"])
 @pytest.mark.parametrize("kind", KINDS)  # users' have no kernel
 def test_every_registered_kernel_has_a_translation(kind, delayed):
-    export = Export(example_of(kind, delayed), "made")
+    first = next(c for c in (made_once(name, delayed) for name in NAMES) if type(c.parameters) is kind)
+    export = Export(first, "made")
     text = source(export)
     assert f"static inline {export.unit.c_type(export.step.result)} {export.step.name}(" in text
     for function in export.unit.functions.values():
