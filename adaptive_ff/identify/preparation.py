@@ -143,7 +143,7 @@ def prepare(
         delay_known=torque_delay is not None,
         used=sum(len(span) for span in spans),
         skipped=skipped,
-        said=[row.said for row in done],
+        said=[sentence for row in done for sentence in row.said],
     )
 
 

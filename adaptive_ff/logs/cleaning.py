@@ -18,11 +18,11 @@ Done = tuple[Log, list[str]]
 
 
 class Row(NamedTuple):
-    """What a step did: its name, the rows that it left out, and a sentence."""
+    """What a step did: its name, the rows that it left out, and its sentences."""
 
     step: str
     left_out: int
-    said: str
+    said: list[str]
 
 
 def clean(log: Log, *, linear: bool = False) -> tuple[Log, list[Row]]:
@@ -38,7 +38,7 @@ def clean(log: Log, *, linear: bool = False) -> tuple[Log, list[Row]]:
         if not (name == "wraps" and linear):
             before = log.time.size
             log, said = step(log)
-            rows += [Row(name, before - log.time.size, sentence) for sentence in said]
+            rows += [Row(name, before - log.time.size, said)] if said else []
     period = median_step(log)
     if period >= TUNING.slowest:
         units = {"milliseconds": "1e-3", "microseconds": "1e-6", "nanoseconds": "1e-9"}

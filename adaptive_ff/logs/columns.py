@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 from adaptive_ff.errors import InputError
 from adaptive_ff.logs.formats import Content
-from adaptive_ff.logs.log import Log
+from adaptive_ff.logs.log import PICKED, Log
 
 USUAL = {
     "time": ("time", "t", "timestamp"),
@@ -23,7 +23,6 @@ USUAL = {
 """Names that columns have where none are given; words with capitals, too, as ``Time``. A ``T`` may be a torque."""
 
 FASTEST_JOINT = 100.0  # speed, rad/s, from which degrees are suspected
-PLACE = re.compile(r"(\[\d+\])?$")  # which series of an array is picked, at the end of the name of a column
 BETWEEN = r"[\s*.·]?"  # the factors of a unit
 BEFORE = r"(?:^|[\s_.,:/\[({])"
 MILLIAMPERES = "mA"
@@ -156,7 +155,7 @@ def in_degrees(log: Log, speed: float, *, linear: bool) -> list[str]:
 
 def _bare(column: str) -> str:
     """Return the name of a column without what picks a series of it."""
-    return PLACE.sub("", column.strip()).strip()
+    return PICKED.sub("", column.strip()).strip()
 
 
 def read_scales(texts: Sequence[str]) -> dict[str, float]:

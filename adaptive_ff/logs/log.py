@@ -25,7 +25,7 @@ from controllers.checks import check_numbers
 
 Array = NDArray[np.float64]
 
-PICKED = re.compile(r"(?P<name>.+)\[(?P<place>\d+)\]")
+PICKED = re.compile(r"\[(\d+)\]\Z")  # which series of an array, at the end of the name of a column
 KINDS = {"U": "text", "S": "text", "c": "complex numbers", "m": "months or years, which are no time in seconds"}
 KNOWN = "known torque"  # role of the column of a torque that is subtracted
 
@@ -183,8 +183,8 @@ def read_log(
         check_numbers(**{f"scale[{name!r}]": factor})
         if not (math.isfinite(factor) and factor != 0.0):
             raise InputError(f"{file}: scale: {name} = {factor:g} is not allowed: it must be finite and not zero")
-    bases = [match["name"] for column in columns.values() if (match := PICKED.fullmatch(column))]
-    content = read_content(file, dict.fromkeys([*columns.values(), *bases]))
+    arrays = [PICKED.sub("", column) for column in columns.values()]
+    content = read_content(file, dict.fromkeys([*columns.values(), *arrays]))
     series = {role: _series(file, content, column, factors.get(column, 1.0)) for role, column in columns.items()}
     size = series["torque"].size
     for role, values in series.items():
@@ -205,21 +205,22 @@ def check_log(name: str, log: Any) -> None:
 
 def _series(file: Path, content: Content, column: str, factor: float) -> Array:
     """Return a column as numbers, scaled; without a copy where that is possible."""
-    match, wrong = PICKED.fullmatch(column), ""
+    name, *place = PICKED.split(column)
+    wrong = ""
     array: NDArray[Any] = np.empty(0)
     if column in content.arrays:
         array = np.atleast_1d(np.squeeze(content.arrays[column]))
         pick = f"to pick a series of it write {column}[0]" if array.ndim == 2 else "it must have one axis or two"
         wrong = f"{column} has shape {content.shapes[column]}; {pick}" if array.ndim != 1 else ""
-    elif match and match["name"] in content.arrays:
-        name, place, table = match["name"], int(match["place"]), content.arrays[match["name"]]
+    elif name in content.arrays:
+        table, chosen = content.arrays[name], int(place[0])
         count = min(table.shape, default=0)
         if table.ndim == 1:
             wrong = f"{name} is a single series: write {name}, not {column}"
-        elif table.ndim != 2 or place >= count:
+        elif table.ndim != 2 or chosen >= count:
             wrong = f"{name} has shape {table.shape}; {column} must count one of its {count} series from 0"
         else:
-            array = table[:, place] if table.shape[1] == count else table[place]
+            array = table[:, chosen] if table.shape[1] == count else table[chosen]
     else:
         wrong = f"there is no column {column}; there are {content.listed()}"
     if array.dtype.kind == "M":  # times, in seconds from the first one

@@ -221,4 +221,4 @@ def test_rows_that_are_left_out_are_no_change_of_the_sample_rate():
     log = make_log()
     log.torque[5000:5400:2] = np.nan
     _, (row,) = clean(log)
-    assert "no finite number" in row.said
+    assert "no finite number" in row.said[0]
