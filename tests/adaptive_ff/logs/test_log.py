@@ -341,7 +341,8 @@ def write_json(path, encoding="json"):
         schema = writer.register_schema("state", "jsonschema", b"{}")
         channel = writer.register_channel("/drive", encoding, schema)
         for t, position, torque in zip(TIME, POSITION, TORQUE, strict=True):
-            data = json.dumps({"t": t, "q": position, "axis": {"u": torque}, "name": "x"}).encode()
+            axes = [{"u": -torque}, {"u": torque}]
+            data = json.dumps({"t": t, "q": position, "axis": axes[1], "axes": axes, "name": "x"}).encode()
             writer.add_message(channel, round(1e9 * t), data, round(1e9 * t))
         writer.finish()
 
@@ -397,10 +398,11 @@ def test_joint_states_of_ros_are_read(write, tmp_path):
 
 def test_messages_in_json_are_read(tmp_path):
     write_json(tmp_path / "log.mcap")
-    log = read_log(tmp_path / "log.mcap", time="drive.t", position="drive.q", torque="drive.axis.u")
+    extra = {"same": "drive.axes.1.u"}
+    log = read_log(tmp_path / "log.mcap", time="drive.t", position="drive.q", torque="drive.axis.u", extra=extra)
     assert log.time.tolist() == TIME.tolist()
     assert log.position.tolist() == POSITION.tolist()
-    assert log.torque.tolist() == TORQUE.tolist()
+    assert log.torque.tolist() == log.extra["same"].tolist() == TORQUE.tolist()
 
 
 @pytest.mark.parametrize(
