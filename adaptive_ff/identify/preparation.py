@@ -35,9 +35,6 @@ FOLDS = (8, 20)
 LARGEST = 1e30
 """Largest value of a series; one over it is the smallest peak."""
 
-NOISE_ALONE = 0.5
-"""Fraction of twice the variance of a position from which squared steps are those of noise (von Neumann)."""
-
 
 class Prepared(NamedTuple):
     """A log, ready for the regression.
@@ -122,12 +119,13 @@ def prepare(
     _check(log)
     whole, done = clean(log, linear=linear)
     period = median_step(whole)
-    spans, skipped = usable_segments(whole, 32)
+    ranges, skipped = usable_segments(whole, 32)
+    spans = [slice(one.start, one.stop) for one in ranges]
     _check_content(log, whole, spans, skipped, linear=linear)
     segments = [_segment(whole, span, period, torque_delay or 0.0) for span in spans]
     place, longest = max(enumerate(segments), key=lambda one: one[1].position.size)
-    part, count = _part(spans[place]), longest.position.size
-    grid: Array = longest.start + longest.period * np.arange(count, dtype=np.float64)
+    part = spans[place]
+    grid: Array = longest.start + longest.period * np.arange(longest.position.size, dtype=np.float64)
     # as measured: a velocity that is summed up has lost the noise of its highest frequencies
     measured = even(whole.time[part], whole.motion[part], grid)
     found = spectrum(measured, longest.period, is_position=whole.position is not None)
@@ -141,7 +139,7 @@ def prepare(
         found=found,
         rotary=not linear,
         delay_known=torque_delay is not None,
-        used=sum(len(span) for span in spans),
+        used=sum(map(len, ranges)),
         skipped=skipped,
         said=[sentence for row in done for sentence in row.said],
     )
@@ -165,20 +163,21 @@ def _filtered(
     fast = float(np.quantile(np.abs(smooth), 0.95))
     if not fast > 0.0:
         raise InputError(f"{name}: nothing moves; the joint must move to be identified")
-    enough = [one for one in segments if one.position.size * one.period > 4.0 / band]
-    rows = [made for made in (make_rows(one, band, found.noise, fast, widest) for one in enough) if made.kept.size]
+    every = [make_rows(one, band, found.noise, fast, widest) for one in segments]
+    speed = np.concatenate([made.velocity[made.inner] for made in every])
+    noise, power = speed.size * every[0].noise ** 2, float(np.sum(speed**2))
+    if noise > NOISE_FRACTION * power:
+        lost = math.sqrt(noise / max(noise, power))
+        raise InputError(
+            f"{name}: the speed is lost in the noise of the {'position' if found.noise.of_position else 'velocity'}, "
+            f"which is {100.0 * lost:.0f} % of it (rms): record faster motion, or with a finer sensor"
+        )
+    rows = [made for made in every if made.kept.size and made.time.size * made.period > 4.0 / band]
     count = sum(made.kept.size for made in rows)
     if count < FEWEST_ROWS:
         raise InputError(
             f"{name}: the joint slides in {counted(count, 'row')} of the band of {band:.3g} Hz only; there must be "
             f"at least {FEWEST_ROWS}: record for longer, or give a wider --bandwidth"
-        )
-    speed = np.concatenate([made.velocity[made.inner] for made in rows])
-    fraction = rows[0].noise ** 2 / float(np.mean(speed**2))
-    if fraction > NOISE_FRACTION:
-        raise InputError(
-            f"{name}: the speed is lost in the noise of the {'position' if found.noise.of_position else 'velocity'}, "
-            f"which is {100.0 * math.sqrt(fraction):.0f} % of it (rms): record faster motion, or with a finer sensor"
         )
     cycles = count / (TUNING.rows_in_cycle * band) * found.slow
     folds = min(int(np.clip(cycles, *FOLDS)), max(4, count // 12))
@@ -190,13 +189,8 @@ def _filtered(
     return {"rows": rows, "fold": np.arange(count) * folds // count, "band": band, "fast": fast, **joined}
 
 
-def _part(span: range) -> slice:
-    return slice(span.start, span.stop)
-
-
-def _segment(log: Log, span: range, period: float, delay: float) -> Segment:
+def _segment(log: Log, part: slice, period: float, delay: float) -> Segment:
     """Return a segment at even times; a velocity is summed up to a position."""
-    part = _part(span)
     time = log.time[part]
     count = round(float(time[-1] - time[0]) / period) + 1
     step = float(time[-1] - time[0]) / (count - 1)
@@ -222,7 +216,7 @@ def _check(log: Log) -> None:
             )
 
 
-def _check_content(given: Log, log: Log, spans: list[range], skipped: list[Skipped], *, linear: bool) -> None:
+def _check_content(given: Log, log: Log, spans: list[slice], skipped: list[Skipped], *, linear: bool) -> None:
     """Refuse a log without a usable segment, without motion or without torque."""
     if not spans:
         worst = max(skipped, key=lambda skip: skip.stop - skip.start).reason if skipped else "there is none at all"
@@ -234,17 +228,6 @@ def _check_content(given: Log, log: Log, spans: list[range], skipped: list[Skipp
         (log.moving, "it must move to be identified"),
         ("torque", f"it must be that of the drive{hint}"),
     ):
-        values = np.concatenate([log.series[role][_part(span)] for span in spans])
+        values = np.concatenate([log.series[role][span] for span in spans])
         if np.all(values == values[0]):
             raise InputError(f"{log.name}: the {role} is {values[0] + 0.0:g} all over; {rule}")  # -0 is 0
-    if log.position is None:
-        return
-    parts = [log.position[_part(span)] for span in spans]
-    steps = sum(float(np.sum(np.diff(one) ** 2)) for one in parts)
-    spread = sum(one.size * float(np.var(one)) for one in parts)
-    if steps > NOISE_ALONE * 2.0 * spread:
-        scatter = math.sqrt(spread / sum(map(len, parts)))
-        raise InputError(
-            f"{log.name}: the position scatters by {scatter:.3g} {'m' if linear else 'rad'} (rms), no more than from "
-            "one sample to the next: that is noise; it must move to be identified"
-        )
