@@ -8,7 +8,7 @@ from fnmatch import fnmatchcase
 import numpy as np
 
 from adaptive_ff.errors import InputError
-from benchmarks.results import Columns, Result
+from benchmarks.results import Result
 from benchmarks.suite import Suite
 
 
@@ -42,22 +42,14 @@ def more_is_better(figure: str) -> bool:
     return figure in ("settled", "own_gain", "gain", "met") or figure.endswith(("_inside", "_repeats"))
 
 
-def columns_of(result: Result, row: str, controller: str) -> Columns:
-    """Return the figures of a controller in a row, or in all rows that a pattern matches."""
-    found: Columns = {}
-    for name, one in result.rows.items():
-        if row == ALL or fnmatchcase(name, row):
-            for figure, column in one.figures.get(controller, {}).items():
-                found.setdefault(figure, []).extend(column)
-    return found
-
-
 def quantity(result: Result, row: str, text: str) -> float | None:
-    """Return a quantity of a row; None where the row has no such figure."""
+    """Return a quantity of a row, or of all rows that a pattern matches; None where they have no such figure."""
     match = QUANTITY.fullmatch(text)
     if match is None:
         raise InputError(f"quantity = {text!r} is not allowed: write 'controller.figure statistic'")
-    values = columns_of(result, row, match["controller"]).get(match["figure"], [])
+    rows = [one for name, one in result.rows.items() if row == ALL or fnmatchcase(name, row)]
+    columns = (one.figures.get(match["controller"], {}).get(match["figure"], []) for one in rows)
+    values = [value for column in columns for value in column]
     if not values:
         return None
     return float(match["scale"] or 1.0) * _statistic(match["statistic"])(values)

@@ -20,16 +20,7 @@ from controllers.kernels.language import BY_ADDRESS, DISPATCHED, call
 from controllers.kernels.library import loaded, stepper
 from controllers.kernels.memory import Memory, structure
 from controllers.kernels.types import type_of
-from controllers.registry import (
-    ESTIMATES,
-    MONITORS,
-    STEPS,
-    Inputs,
-    Output,
-    step,
-    without_estimates,
-    write_estimates,
-)
+from controllers.registry import ESTIMATES, MONITORS, STEPS, Inputs, Output, step, without_estimates, write_estimates
 
 TORQUE = len(Inputs._fields)
 """Place of the torque in what is exchanged at a step, behind the inputs; the feedforward follows."""

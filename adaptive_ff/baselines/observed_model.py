@@ -9,11 +9,7 @@ feedforward is set once and an observer makes up for its errors, loads and chang
 import math
 from typing import Any, NamedTuple
 
-from adaptive_ff.friction.feedforward import (
-    FeedforwardState,
-    step_feedforward,
-    turning_speed,
-)
+from adaptive_ff.friction.feedforward import FeedforwardState, step_feedforward, turning_speed
 from adaptive_ff.friction.model import TorqueModel, checked_model
 from controllers.declaration import argument, begin, controller, derived, positive
 from controllers.delay import delay_line, delayed, remember

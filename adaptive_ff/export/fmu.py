@@ -53,7 +53,7 @@ class Variable:
 
 def fmu_variables(export: Export) -> list[Variable]:
     """Return the variables in their order; value references count them from zero."""
-    texts = described(Inputs)
+    texts = dict(described(Inputs))
     units = {name: unit(text) for name, text in texts.items()}
     for name in optional_inputs():  # else one who connects it alone would not learn that it is not used
         texts[name] = f"Used only while {name}_known is true. {texts[name]}"

@@ -29,8 +29,6 @@ EXPERIMENTS: dict[str, Callable[[], Experiment]] = {
 
 SOURCE = "seed 1, python -m benchmarks.paper"  # what stands below each picture
 
-BAD_INPUT = 2
-
 
 def printed(experiment: Experiment) -> Iterator[str]:
     """Yield the lines that are printed of an experiment: its figures, then the notes."""
@@ -84,7 +82,7 @@ def main(
         experiments = run_and_write(out, json)
     except InputError as error:
         print(f"benchmarks.paper: {error}", file=sys.stderr)
-        raise typer.Exit(BAD_INPUT) from error
+        raise typer.Exit(2) from error
     for experiment in experiments:
         print(*printed(experiment), sep="\n")
     counts, elapsed = tally(experiments), time.perf_counter() - started

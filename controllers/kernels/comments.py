@@ -3,7 +3,8 @@
 import inspect
 import re
 import textwrap
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from functools import cache
 from itertools import accumulate, pairwise
 from typing import Any
 
@@ -59,7 +60,8 @@ def section(value: Any, title: str) -> dict[str, str]:
     return described
 
 
-def described(kind: type) -> dict[str, str]:
+@cache
+def described(kind: type) -> Mapping[str, str]:
     """Return what is said of each field of a named tuple, in its docstring or beside the field in its source."""
     found = section(kind, "Attributes")
     try:
