@@ -112,12 +112,7 @@ def spectrum(motion: Array, period: float, *, is_position: bool) -> Spectrum:
     if not measured.any():
         measured = power
     measured[frequency >= _gap(frequency, measured)] = 0.0
-    cumulated = np.cumsum(measured)
-    end, slow = (
-        float(frequency[min(int(np.searchsorted(cumulated, fraction * cumulated[-1])), frequency.size - 1)])
-        for fraction in (TUNING.motion_power, 0.5)
-    )
-    end, slow = max(end, float(frequency[1])), max(slow, float(frequency[1]))
+    end, slow = (_below(frequency, measured, fraction) for fraction in (TUNING.motion_power, 0.5))
     accelerated = float(np.sum((measured * frequency**2)[frequency <= TUNING.times_motion * end]))
     loud = np.cumsum(noise * gain * frequency**2) > TUNING.noise_fraction * accelerated
     quiet = float(frequency[int(np.argmax(loud))]) if loud.any() else math.inf
@@ -145,17 +140,22 @@ def choose_band(found: Spectrum, period: float, given: float | None) -> float:
     return float(given)
 
 
+def _below(frequency: Array, power: Array, fraction: float) -> float:
+    """Return the frequency below which a fraction of the power is."""
+    cumulated = np.cumsum(power)
+    place = int(np.searchsorted(cumulated, fraction * cumulated[-1]))
+    return float(frequency[min(max(place, 1), frequency.size - 1)])
+
+
 def _gap(frequency: Array, power: Array) -> float:
     """Return the frequency of the first octave above the middle of the power that holds next to none of it.
 
     Lines beyond such a gap are those of an encoder passed at constant speed, not of the motion.
     """
-    cumulated = np.cumsum(power)
-    middle = int(np.searchsorted(cumulated, 0.5 * cumulated[-1]))
-    edge = max(float(frequency[middle]), float(frequency[1]))
+    edge, least = _below(frequency, power, 0.5), EMPTY * float(np.sum(power))
     while edge < frequency[-1]:
         inside = (frequency >= edge) & (frequency < 2.0 * edge)
-        if float(np.sum(power[inside])) < EMPTY * cumulated[-1]:
+        if float(np.sum(power[inside])) < least:
             return edge
         edge *= 2.0
     return math.inf

@@ -71,12 +71,6 @@ class Folds(NamedTuple):
     power: Array
     rows: Array
 
-    def of(self, names: tuple[str, ...]) -> "Folds":
-        """Return the sums of some of the columns."""
-        at = np.array([self.names.index(name) for name in names])
-        gram, clean = (one[:, at[:, np.newaxis], at] for one in (self.gram, self.clean))
-        return self._replace(names=names, gram=gram, clean=clean, moment=self.moment[:, at])
-
     def solve(self, *, bounded: bool = True) -> Array:
         """Return the estimates of all rows."""
         return solve(self.clean.sum(axis=0), self.moment.sum(axis=0), self.names, bounded=bounded)

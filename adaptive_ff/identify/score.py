@@ -158,9 +158,9 @@ def score_log(train: Log, test: Log, **given: Any) -> Score:
     found = identify_log(train, **{**given, "validation": None if same else test})
     if found.value("inertia") <= 0.0 or "inertia" in found.unidentified:
         raise InputError(f"{train.name}: the inertia is not identifiable, so there is no model to simulate")
-    delay, linear = given.get("torque_delay"), found.linear
-    training = _simulated(found, train, delay, linear=linear)
-    other = training if same else _simulated(found, test, delay, linear=linear)
+    delay = given.get("torque_delay")
+    training = _simulated(found, train, delay)
+    other = training if same else _simulated(found, test, delay)
     deviation = float(np.std(other["measured"]))
     said, own_load = list(found.cautions), bool(found.best.model.shape.load)
     lacks = [one for one in found.best.values if one.startswith(LACKS) or (one == "load_friction" and not own_load)]
@@ -182,9 +182,9 @@ def score_log(train: Log, test: Log, **given: Any) -> Score:
     )
 
 
-def _simulated(found: LogIdentification, log: Log, delay: float | None, *, linear: bool) -> dict[str, Any]:
+def _simulated(found: LogIdentification, log: Log, delay: float | None) -> dict[str, Any]:
     """Return what a :class:`Score` says of the simulation of a log, by the name of its field."""
-    prepared = prepare(log, bandwidth=None, torque_delay=delay, linear=linear)
+    prepared = prepare(log, torque_delay=delay, linear=found.linear)
     segment = max(prepared.segments, key=lambda one: one.position.size)
     fine = max(1, math.ceil(segment.period / STEP - 1e-9))
     step, count = segment.period / fine, segment.position.size

@@ -158,7 +158,7 @@ def _identifiable(data: Prepared, terms: tuple[str, ...]) -> tuple[Model, dict[s
     if "offset" in names:  # one way: friction and load are one constant
         reasons = {"coulomb": "one_way", **reasons}
     for name, reason in reasons.items():
-        own = folds.of(tuple(names)).tolerance()[name]
+        own = data.fit(Model(tuple(names))).tolerance()[name]
         if min(own, max(0.0, quiet) ** 4 if name == "inertia" else 1.0) < COLLINEAR:
             names.remove(name)
             lacking[name] = reason
