@@ -5,7 +5,7 @@ Python it serves any object that has a ``step`` method, and checks the compiled 
 """
 
 import math
-from contextlib import suppress
+import warnings
 from typing import Any, NamedTuple
 
 from adaptive_ff.simulation.experiment import Record, RunSetup
@@ -249,8 +249,10 @@ run_in_memory = compiled(run_plain)
 def run_controller(controller: Controller, setup: RunSetup, position: Position, stop: int, record: Record) -> Position:
     """Run the loop with a controller, whose state goes on; return the position where the run has come to."""
     if compiles():
-        with suppress(NoCompiler):
+        try:
             return run_in_memory(controller.native, 0, setup, position, stop, record)[1]
+        except NoCompiler as error:
+            warnings.warn(f"{type(controller).__name__} runs as plain Python: {error}", stacklevel=2)
     parameters, state = controller.parameters, controller.state
     controller.state, position = run_plain(parameters, state, setup, position, stop, record)
     return position

@@ -92,6 +92,30 @@ def test_what_has_been_compiled_needs_no_compiler(kernels):
     assert running(kernels).communicate() == running(kernels, CC="no-such-compiler").communicate() == ("6.0 40.0\n", "")
 
 
+LOOP = """
+from adaptive_ff import load_scenario
+from adaptive_ff.comparison.registry import make_controller
+from adaptive_ff.comparison.running import compile_together, drive_over
+from adaptive_ff.simulation.experiment import build_setup
+scenario = load_scenario().modified(duration=3.0)
+controller, setup = make_controller(scenario, "fixed"), build_setup(scenario)
+compile_together([controller], setup)
+print(drive_over(controller, setup).record.velocity[-1])
+"""
+
+
+def test_a_loop_of_what_is_not_compiled_runs_as_python_and_one_line_says_so(kernels):
+    running(kernels).communicate()  # keeps kernels, though not those of this controller
+    found = []
+    for variables in ({"CC": "no-such-compiler"}, {}):
+        known = compiling(kernels / "cache", **variables)
+        line = [sys.executable, "-c", LOOP]
+        found.append(subprocess.run(line, env=known, capture_output=True, text=True, check=True))
+    plain, compiled = found
+    assert plain.stdout == compiled.stdout
+    assert [each.stderr.count("runs as plain Python: no C compiler is found") for each in found] == [1, 0]
+
+
 def test_a_step_in_python_is_called_back_and_its_error_is_raised_behind_the_loop():
     seen = []
 
