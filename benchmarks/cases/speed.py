@@ -191,35 +191,51 @@ def installed() -> dict[str, float]:
     return {"megabytes": total / 1e6}
 
 
-FIRST_COMMAND = "python3 -m venv .venv && .venv/bin/pip install --quiet {what} && .venv/bin/adaptive-ff compare"
-AHEAD = ".venv/bin/pip wheel --quiet --no-deps --wheel-dir . {what}"
+FIRST_COMMAND = "python3 -m venv .venv && .venv/bin/pip install --quiet {} && .venv/bin/adaptive-ff compare"
+AHEAD = "python3 -m venv .venv && .venv/bin/pip wheel --quiet --no-deps --wheel-dir {} ."
 NOT_COPIED = (".*", "build", "*.egg-info", "__pycache__", "results")  # of the checkout
+EARLIER = "9787daa"  # the version that first commands are compared with; numba compiled its kernels
+
+
+def in_copy(command: str, *path: str, version: str = "", **variables: str) -> float:
+    """Time a command in a copy of the checkout, or of a version in its history, with an empty home and a PATH."""
+    with tempfile.TemporaryDirectory() as home:
+        copy, archive = Path(home, "copy"), Path(home, "version.tar")
+        if version:
+            timed(f"git archive --output={archive} {version}", shell=True, cwd=ROOT)
+            shutil.unpack_archive(archive, copy)
+        else:
+            shutil.copytree(ROOT, copy, ignore=shutil.ignore_patterns(*NOT_COPIED))
+        kept = {key: value for key, value in os.environ.items() if key not in ("CC", *CACHES)}
+        known = {**kept, **variables, "HOME": home, "PATH": os.pathsep.join(path)}
+        return timed(command, shell=True, cwd=copy, env=known)[0]
 
 
 def first_commands() -> dict[str, float]:
-    """Time README's first command, empty folder and home: with this machine's compilers, with zig alone, of a wheel.
+    """Time README's first command: with this machine's compilers, with zig alone, of a wheel; and ratios to an earlier.
 
-    Where the package index is not reached, ``InputError``.
+    Building the wheel goes before and does not count; the earlier version runs before and after the others. Without
+    this version in the history of git there are no ratios; without a package index there is ``InputError``.
     """
-    found = {}
+    install, earlier = FIRST_COMMAND.format("."), list[float]()
     with tempfile.TemporaryDirectory() as folder:
-        source, tools = Path(folder, "source"), Path(folder, "tools")
-        shutil.copytree(ROOT, source, ignore=shutil.ignore_patterns(*NOT_COPIED))
-        tools.mkdir()
-        Path(tools, "python3").symlink_to(sys.executable)  # and no compiler
-        both = os.pathsep.join([str(tools), os.environ["PATH"]])
-        for name, path in (("with_compiler", both), ("with_zig", str(tools)), ("from_wheel", str(tools))):
-            home = Path(folder, name)
-            home.mkdir()
-            kept = {key: value for key, value in os.environ.items() if key not in ("CC", *CACHES)}
-            there = {"cwd": home, "env": {**kept, "HOME": str(home), "PATH": path}}
-            wheels = list(Path(folder, "with_compiler").glob("*.whl"))
-            what = wheels[0] if name == "from_wheel" else source
-            found[name], _ = timed(FIRST_COMMAND.format(what=what), shell=True, **there)
-            if name == "with_compiler":
-                there["env"] = {**there["env"], "ADAPTIVE_FF_AHEAD": "1"}
-                timed(AHEAD.format(what=source), shell=True, **there)
-    return found
+        Path(folder, "python3").symlink_to(sys.executable)  # and no compiler
+        both = folder, os.environ["PATH"]
+        in_copy(AHEAD.format(folder), *both, ADAPTIVE_FF_AHEAD="1")
+        (wheel,) = Path(folder).glob("*.whl")
+        with suppress(InputError):
+            earlier.append(in_copy(install, *both, version=EARLIER))
+        found = {
+            "with_compiler": in_copy(install, *both),
+            "with_zig": in_copy(install, folder),
+            "from_wheel": in_copy(FIRST_COMMAND.format(wheel), folder),
+        }
+        with suppress(InputError):
+            earlier.append(in_copy(install, *both, version=EARLIER))
+    if not earlier:
+        return found
+    ratios = {f"{name}_ratio": spent / np.mean(earlier).item() for name, spent in found.items()}
+    return {**found, "earlier": np.mean(earlier).item(), **ratios}
 
 
 def timed(command: str | list[str], **there: Any) -> tuple[float, str]:
