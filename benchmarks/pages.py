@@ -8,7 +8,6 @@ with a decimal point in a page is typed by hand, and must be listed for it in ``
 import fnmatch
 import itertools
 import re
-from collections.abc import Iterable
 from pathlib import Path
 
 from adaptive_ff.errors import InputError
@@ -72,7 +71,8 @@ def table_of(name: str, view: str) -> str:
         raise InputError(f"{name}.{view}: there is no such view; there are {', '.join(suite.views)}")
     content = suite.views[view]
     columns: dict[str, str] = TRACKING if content["columns"] == "tracking" else content["columns"]
-    rows = list(_rows(result, content.get("rows", ["*"])))
+    chosen = ([ALL] if one == ALL else fnmatch.filter(result.rows, one) for one in content.get("rows", ["*"]))
+    rows = dict.fromkeys(itertools.chain.from_iterable(chosen))
     labels, targets = content.get("labels", {}), bool(suite.targets) and content.get("missed", True)
     cells = {row: [cell_of(result, row, text) for text in columns.values()] for row in rows}
     kept = [place for place in range(len(columns)) if any(line[place] != "-" for line in cells.values())]
@@ -86,12 +86,6 @@ def table_of(name: str, view: str) -> str:
     body = "".join(f"| {' | '.join(line)} |\n" for line in lines)
     count = sum(len(row.seeds) for row in result.rows.values())
     return f"{body}\n*`python -m benchmarks run {name}`, {count} cases, computed at {result.commit}.*\n"
-
-
-def _rows(result: Result, patterns: Iterable[str]) -> Iterable[str]:
-    """Return rows in the order of the patterns, and ``all`` where it is asked for."""
-    chosen = ([ALL] if pattern == ALL else fnmatch.filter(result.rows, pattern) for pattern in patterns)
-    return dict.fromkeys(itertools.chain.from_iterable(chosen))
 
 
 def cell_of(result: Result, row: str, text: str) -> str:
