@@ -31,9 +31,6 @@ SEAM = 1e-3
 SAME = ("inertia", "coulomb", "stiction", "viscous", "stribeck_velocity", "stribeck_shape", "offset")
 """Fields of a torque model that the joint of a scenario has by the same name."""
 
-NOT_SIMULATED = ("torque_delay", "load_friction")
-"""Terms that the simulated joint has not, beside those over position."""
-
 
 def reference_columns(found: LogIdentification) -> dict[str, Array]:
     """Return the motion of the longest segment as the columns of a recorded reference."""
@@ -60,9 +57,10 @@ def joined_ends(time: Array, velocity: Array) -> dict[str, Array]:
 
 def left_out(found: LogIdentification) -> list[str]:
     """Return the names of what the best model has and the simulated joint has not."""
-    values = found.best.values
-    names = [name for name in values if name in NOT_SIMULATED or name.startswith(("force_hat", "friction_hat"))]
-    names += ["dip at low speed"] if values.get("stiction_excess", 0.0) < 0.0 else []
+    loaded = "load_share" in _beside_friction(found)[1].get("variation", {})
+    lacks = ("torque_delay", "force_hat", "friction_hat", *(() if loaded else ("load_friction",)))
+    names = [name for name in found.best.values if name.startswith(lacks)]
+    names += ["dip at low speed"] if found.value("stiction_excess") < 0.0 else []
     return names + (["viscous friction below zero"] if abs(found.value(ASYMMETRY)) > found.value("viscous") else [])
 
 
@@ -88,7 +86,6 @@ def scenario_text(found: LogIdentification, reference: str) -> str:
     model = found.torque_model(1.0 if found.units["torque"] == "A" else None)
     joint = _joint(found, model, period)
     learnt, simulated = _beside_friction(found)
-    has = {"load_friction"} if "load_share" in simulated.get("variation", {}) else set()
     intervals = {
         name: f"{100.0 * found.confidence:g} % interval {one.lower:.4g} to {one.upper:.4g}"
         for name, one in found.joint_parameters.items()
@@ -105,7 +102,7 @@ def scenario_text(found: LogIdentification, reference: str) -> str:
         learnt=learnt,
         simulated=simulated,
         viscous=model.viscous,
-        left_out=[name for name in left_out(found) if name not in has],
+        left_out=left_out(found),
     )
 
 
@@ -148,17 +145,16 @@ def _beside_friction(found: LogIdentification) -> tuple[dict[str, Any], dict[str
         if waves[kind]
     }
     if any(name.startswith("friction_hat") for name in found.best.values):
-        start = float(found.data.longest.position[0])
-        learnt |= {"position_hats": found.data.place.hats}
-        learnt |= {"position_range": [end - start for end in (found.data.place.low, found.data.place.high)]}
-    simulated: dict[str, Any] = {}
-    if waves["friction"] and found.value("coulomb") > 0.0:
+        start, place = float(found.data.longest.position[0]), found.data.place
+        learnt |= {"position_hats": place.hats, "position_range": [place.low - start, place.high - start]}
+    variation: dict[str, float] = {}
+    coulomb = found.value("coulomb")
+    if waves["friction"] and coulomb > 0.0:
         size, period = max(waves["friction"])
-        fraction = min(size / found.value("coulomb"), MOST_VARIED)
-        simulated["variation"] = {"position_amplitude": fraction, "position_period": period}
-    if found.gravity[0] > 0.0 and found.best.model.shape.load and found.value("coulomb") > 0.0:
-        rising = max(0.0, found.value("load_friction")) / found.value("coulomb")
-        simulated.setdefault("variation", {})["load_share"] = rising
+        variation |= {"position_amplitude": min(size / coulomb, MOST_VARIED), "position_period": period}
+    if found.gravity[0] > 0.0 and found.best.model.shape.load and coulomb > 0.0:
+        variation["load_share"] = max(0.0, found.value("load_friction")) / coulomb
+    simulated: dict[str, Any] = {"variation": variation} if variation else {}
     if waves["force"]:
         size, period = max(waves["force"])
         simulated["actuator"] = {"ripple_amplitude": size, "ripple_period": period}
