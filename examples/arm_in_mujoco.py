@@ -25,7 +25,8 @@ def joint(name):
     """Settings of a joint: gains by design, and which joints stand between it and the base."""
     gains = PI.design(inertia=INERTIA[name], period=PERIOD, bandwidth=8.0)
     settings = {"proportional": gains.proportional, "integral": gains.integral, "inertia": INERTIA[name]}
-    return settings | {"stribeck_velocity": 0.05, "preceding": ["shoulder"] if name == "elbow" else []}
+    settings |= {"stribeck_velocity": 0.05, "torque_limit": math.inf}  # the drives give all they are asked for
+    return settings | {"preceding": ["shoulder"] if name == "elbow" else []}
 
 
 def plan(time):

@@ -46,6 +46,8 @@ def position_error(controller, duration=30.0):
 
 alone = position_error(PI(design.proportional, design.integral, PERIOD))
 adaptive = position_error(
-    AdaptiveController(design.proportional, design.integral, period=PERIOD, inertia=20.0, stribeck_velocity=0.05)
+    AdaptiveController(
+        design.proportional, design.integral, PERIOD, inertia=20.0, stribeck_velocity=0.05, torque_limit=math.inf
+    )
 )
 print(f"rms position error: PI {1e3 * alone:.3f} mrad, adaptive {1e3 * adaptive:.3f} mrad")

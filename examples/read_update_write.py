@@ -13,7 +13,7 @@ from plant import Joint, JointModel
 PERIOD, NAMES, INERTIA = 0.01, ("left", "right"), 20.0
 gains = PI.design(inertia=INERTIA, period=PERIOD, bandwidth=10.0)
 settings = {"proportional": gains.proportional, "integral": gains.integral, "inertia": INERTIA}
-settings |= {"stribeck_velocity": 0.05, "identify": "offset"}
+settings |= {"stribeck_velocity": 0.05, "torque_limit": 400.0, "identify": "offset"}
 group = JointGroup.from_table({"period": PERIOD, "joints": dict.fromkeys(NAMES, settings)})
 group.warm_up()  # compiles before the first cycle
 

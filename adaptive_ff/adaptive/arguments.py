@@ -50,8 +50,9 @@ def check_machine(proportional: float, inertia: float, stribeck_velocity: float)
         )
 
 
-def check_gear_and_limit(gear_ratio: float, torque_limit: float) -> None:
+def check_gear_and_limit(gear_ratio: float, torque_limit: float | None) -> None:
     """Raise ``ValueError`` for a gear ratio that is zero or not finite, or a limit (N m) that is not positive."""
+    torque_limit = math.inf if torque_limit is None else torque_limit
     check_numbers(gear_ratio=gear_ratio, torque_limit=torque_limit)
     if not (math.isfinite(gear_ratio) and gear_ratio != 0.0):
         raise ValueError(f"gear_ratio = {gear_ratio} is not allowed: it must be finite and not zero")
@@ -93,10 +94,10 @@ def checked_fraction(friction_share: float) -> float:
     return float(friction_share)
 
 
-def observer_pole(bandwidth: float | None, tuning: Tuning) -> float:
+def observer_pole(bandwidth: float | None) -> float:
     """Return the fastest pole of the observer, rad/s, for a bandwidth in Hz."""
     if bandwidth is None:
-        return tuning.fastest
+        return math.inf
     check_positive(observer_bandwidth=bandwidth)
     return 2.0 * math.pi * float(bandwidth)
 

@@ -88,8 +88,9 @@ class AdaptiveController(IdentifyingController):
     deviation : float or mapping, optional
         How sure that is: standard deviation as a fraction of each value, or in its unit for each name.
     torque_limit : float, optional
-        Largest torque that is commanded, N m; what it cut off counts as not realised. Give it, or ``realised_torque``
-        at each step: torque that never acted would be learnt as friction.
+        Largest torque that is commanded, N m, infinite of a drive that gives all it is asked for; what it cut off
+        counts as not realised. Give it, or ``realised_torque`` at each step: without either there is no observer, and
+        torque that never acted would be learnt as friction.
     feedforward_includes_inertia : bool, optional
         Whether the ``feedforward`` given to ``step`` is inverse dynamics that includes the inertia along the plan: the
         ``inertia`` given with it, or that of the controller where none is, times the slope of the plan.
@@ -152,7 +153,7 @@ class AdaptiveController(IdentifyingController):
         ripple_periods: Sequence[float] = (),
         model: TorqueModel | Mapping[str, float] | None = None,
         deviation: float | Mapping[str, float] = DEVIATION,
-        torque_limit: float = math.inf,
+        torque_limit: float | None = None,
         feedforward_includes_inertia: bool = False,
         friction_share: float = 1.0,
         observer_bandwidth: float | None = None,
@@ -191,11 +192,12 @@ class AdaptiveController(IdentifyingController):
         machine = Machine(
             inertia=float(inertia),
             velocity_lag=float(velocity_lag),
-            torque_limit=float(torque_limit),
+            torque_limit=math.inf if torque_limit is None else float(torque_limit),
+            torque_known=torque_limit is not None,
             includes_inertia=checked_switch("feedforward_includes_inertia", feedforward_includes_inertia),
             memory=checked_memory(memory, tuning),
             first_unit=tuning.first_unit * float(proportional * stribeck_velocity),
-            observer_pole=min(observer_pole(observer_bandwidth, tuning), slowed(1.0 / response, delay * period)),
+            observer_pole=min(observer_pole(observer_bandwidth), slowed(1.0 / response, delay * period)),
             span=max(1, int(tuning.span * response / period)),
             friction_share=checked_fraction(friction_share),
         )

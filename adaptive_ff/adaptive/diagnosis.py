@@ -215,7 +215,7 @@ def _findings(
 def _given(controller: IdentifyingController, running: float) -> Iterator[Finding]:
     """Yield what the controller is not given, or not as it should be."""
     watch = controller.state.watch
-    if running > 0.0 and not watch.torque_known and controller.parameters.machine.torque_limit == math.inf:
+    if running > 0.0 and not watch.torque_known and not controller.parameters.machine.torque_known:
         yield Finding(Code.TORQUE_UNKNOWN)
     if running > 0.0 and not watch.plan_known:
         yield Finding(Code.PLAN_UNKNOWN)

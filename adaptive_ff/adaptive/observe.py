@@ -6,8 +6,9 @@
 What is fed holds viscous friction along the reference; the joint's own is less by ``sigma e``, which is no disturbance.
 ``e0`` is the error without the observer, ``G d`` the response of the loop to what is observed: how much of that error
 it explains is their coefficient of determination, over the last second. At first it explains all, of a small
-error: before anything is learnt the observer is what moves a joint off. Where a drive gives less torque than it is
-asked for and does not say so, what it keeps is lacking, too; observed in part, it stays bounded.
+error: before anything is learnt the observer is what moves a joint off. As any disturbance observer it needs the torque
+``u`` that acted, from the drive or within a known limit (K. Ohnishi et al. 1996); while that is unknown nothing is
+observed, since what a drive keeps would be lacking, too.
 """
 
 import math

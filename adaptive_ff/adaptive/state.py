@@ -28,6 +28,8 @@ class Machine(NamedTuple):
         Lag of the measured velocity, s.
     torque_limit : float
         Largest torque, N m.
+    torque_known : bool
+        Whether the drive is known to give what it is asked for, up to the limit.
     includes_inertia : bool
         Whether the known torque includes that of the inertia along the reference.
     memory : float
@@ -45,6 +47,7 @@ class Machine(NamedTuple):
     inertia: float
     velocity_lag: float
     torque_limit: float
+    torque_known: bool
     includes_inertia: bool
     memory: float
     first_unit: float

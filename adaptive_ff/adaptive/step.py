@@ -156,7 +156,7 @@ def observe(
     """Return the observed torque (N m) and its gain; both stay while nothing can be observed."""
     moves = abs(inputs.velocity) > speed_level(parameters, state, parameters.tuning.moving)
     known = period.measured and state.measured and state.feedback.samples > 0
-    if not known or (rests and not moves):
+    if not known or not math.isfinite(inputs.realised_torque) or (rests and not moves):
         return observer.torque, observer.gain
     change = (period.error - period.leap - state.error) / inputs.dt
     torque = observed(parameters, state, period.torque, period.error, change, inputs.dt)
@@ -171,7 +171,7 @@ def step_adaptive(parameters: AdaptiveParameters, state: AdaptiveState, inputs: 
     given = inputs
     if samples == 0:
         begin_in_place(parameters, state)
-    if samples > 0 and not math.isfinite(inputs.realised_torque) and machine.torque_limit < math.inf:
+    if samples > 0 and not math.isfinite(inputs.realised_torque) and machine.torque_known:
         inputs = with_realised_torque(inputs, limited_mean(state.feedback.commands, pi.delay, machine.torque_limit))
     period = end_period(parameters, state, inputs)
     learnt = learn_from(parameters, state, inputs, period)

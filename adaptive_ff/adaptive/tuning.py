@@ -59,10 +59,8 @@ class Tuning(NamedTuple):
         Error that the observer explains before anything is measured, in Stribeck velocities.
     explained : float
         Coefficient of determination of the error by the response to the observed torque, from which its gain is one.
-    fastest : float
-        Pole of the observer at most, rad/s.
     observed_fraction : float
-        Fraction of the lacking torque that is observed: the rest bounds it where a drive gives less than it is asked.
+        Fraction of the lacking torque that is observed: the rest bounds it beside an unknown lag.
     fade : float
         Time in which the feedforward fades in or out, and memory of the observer's gate, s.
     """
@@ -103,6 +101,5 @@ class Tuning(NamedTuple):
     moving: float = 20.0
     believed: float = 0.03
     explained: float = 0.5
-    fastest: float = 100.0
     observed_fraction: float = 0.85
     fade: float = 1.0

@@ -19,7 +19,8 @@ SENTENCES = {
     Code.NOT_LEARNT: "The motion so far has not shown {names}: do not rely on these numbers.",
     Code.NO_POSITION: "Nothing is known of {names}: no position was given, or the joint stayed where it was.",
     Code.TORQUE_UNKNOWN: (
-        "neither torque_limit nor realised_torque is given: torque that the drive cut off is learnt as friction."
+        "neither torque_limit nor realised_torque is given: nothing is observed, and torque that the drive cut off is "
+        "learnt as friction."
     ),
     Code.PLAN_UNKNOWN: "next_reference is never given: reversals are found from the past, a period late.",
     Code.MEASUREMENTS_LOST: "{lost:g} measurements of {samples:g} were not finite and skipped.",

@@ -216,6 +216,7 @@ def make_controllers(name: str, machine: Machine, setup: Setup) -> Any:
                 "inertia": inertia,
                 "stribeck_velocity": STRIBECK,
                 "velocity_lag": lag,
+                "torque_limit": math.inf,
                 "identify": "gravity" if learns_gravity else "offset",
                 **({} if setup.gravity_given else {"preceding": axis.preceding}),
             }

@@ -77,8 +77,9 @@ def reference_joint(**changes):
 
 
 def make(parameters=WITH_OFFSET, **options):
-    """Make an adaptive controller for it."""
-    return AdaptiveController(*GAINS, PERIOD, inertia=20.0, stribeck_velocity=0.05, parameters=parameters, **options)
+    """Make an adaptive controller for it, whose drive gives all it is asked for."""
+    known = {"inertia": 20.0, "stribeck_velocity": 0.05, "torque_limit": math.inf, "parameters": parameters}
+    return AdaptiveController(*GAINS, PERIOD, **{**known, **options})
 
 
 def known_position(time, position):

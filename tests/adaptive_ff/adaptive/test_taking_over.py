@@ -135,7 +135,8 @@ def test_a_weight_that_the_integral_has_taken_at_rest_is_not_given_twice(weights
     design = PI.design(inertia=2.0, period=0.004, bandwidth=10.0)
     gains = design.proportional, design.integral, 0.004
     alone = error_after_rests_under_a_load(PI(*gains), weights)
-    adaptive = AdaptiveController(*gains, inertia=2.0, stribeck_velocity=0.05, parameters=WITH_OFFSET)
+    known = {"inertia": 2.0, "stribeck_velocity": 0.05, "torque_limit": math.inf}
+    adaptive = AdaptiveController(*gains, **known, parameters=WITH_OFFSET)
     assert error_after_rests_under_a_load(adaptive, weights) < 0.8 * alone
 
 
