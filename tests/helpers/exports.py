@@ -25,8 +25,9 @@ needs_gcc = pytest.mark.skipif(shutil.which("gcc") is None, reason="there is no 
 
 def adaptive(parameters=ESTIMATED, delay=0.0, velocity_lag=0.0, period=0.01, **further):
     """Make an adaptive controller of a variant, for a joint of 20 kg m^2 in a loop of 10 Hz."""
-    variant = {"parameters": parameters, "delay": delay, "velocity_lag": velocity_lag, **further}
-    return AdaptiveController(*pi_gains(20.0, 10.0), period, inertia=20.0, stribeck_velocity=0.05, **variant)
+    known = {"inertia": 20.0, "stribeck_velocity": 0.05, "torque_limit": np.inf}
+    variant = {**known, "parameters": parameters, "delay": delay, "velocity_lag": velocity_lag, **further}
+    return AdaptiveController(*pi_gains(20.0, 10.0), period, **variant)
 
 
 adaptive_with_map = partial(adaptive, WITH_OFFSET, position_periods=[0.3], position_hats=9, load_friction=True)

@@ -137,6 +137,7 @@ OPTIONS = {
     "first values": {"model": {"inertia": 25.0, "coulomb": 40.0, "friction_lag": 0.01}, "deviation": {"coulomb": 0.4}},
     "map given": {**FIRST, "position_hats": 5, "position_range": [-0.4, 0.4], "position_map": [1, 1.2, 0.9, 1.1, 1]},
     "map vague": {"position_hats": 3, "position_range": [-0.4, 0.4], "map_deviation": [0.2, 0.1, 0.3]},
+    "unknown torque": {"torque_limit": None},
     "limit": {"torque_limit": 60.0, "friction_share": 0.7, "memory": 2.0},
     "gear": {"gear_ratio": -3.0, "regressors": 2, "observer_bandwidth": 2.0},
     "dynamics": {"feedforward_includes_inertia": True, "stribeck_shape": 2.0},

@@ -52,9 +52,10 @@ def test_a_new_controller_knows_nothing():
 @pytest.mark.parametrize(
     ("options", "given", "codes"),
     [
-        ({}, {}, {Code.TORQUE_UNKNOWN, Code.PLAN_UNKNOWN}),
+        ({"torque_limit": None}, {}, {Code.TORQUE_UNKNOWN, Code.PLAN_UNKNOWN}),
+        ({"torque_limit": math.inf}, {}, {Code.PLAN_UNKNOWN}),
         ({"torque_limit": 400.0}, {}, {Code.PLAN_UNKNOWN}),
-        ({}, {"realised_torque": 1.0}, {Code.PLAN_UNKNOWN}),
+        ({"torque_limit": None}, {"realised_torque": 1.0}, {Code.PLAN_UNKNOWN}),
         ({"torque_limit": 400.0}, {"next_reference": 0.1}, set()),
     ],
 )
