@@ -47,12 +47,7 @@ def drawn_joint(draw: int) -> Scenario:
 class Life:
     """A joint through the week: its controller, which limits the torque itself, and how friction and load are.
 
-    Parameters
-    ----------
-    scenario : Scenario
-        Undisturbed motion of the joint.
-    generator : Generator
-        Draws what happens.
+    The scenario is the undisturbed motion of the joint; the generator draws what happens.
     """
 
     def __init__(self, scenario: Scenario, generator: np.random.Generator) -> None:

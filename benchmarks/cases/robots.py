@@ -55,7 +55,6 @@ class Axis(NamedTuple):
 class Machine(NamedTuple):
     """A machine."""
 
-    name: str  # what the table calls it
     friction: str  # ``"coulomb"`` or ``"LuGre"``
     model: Any  # its physics; the first pose is the middle of the motion
     axes: list[Axis]  # its joints, in the order of the model
@@ -92,7 +91,7 @@ def make_machine(name: str, friction: str, creep: float = CREEP) -> Machine:
     data, inertia = mujoco.MjData(model), np.zeros((model.nv, model.nv))
     mujoco.mj_forward(model, data)
     mujoco.mj_fullM(model, data, inertia)
-    return Machine(name, friction, model, axes, np.diag(inertia))
+    return Machine(friction, model, axes, np.diag(inertia))
 
 
 SINES = 6
