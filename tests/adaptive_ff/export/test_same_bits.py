@@ -51,6 +51,7 @@ def same(found, expected):
 
 @functools.cache
 def runner_of(name):
+    """A runner that tests share; each leaves it as new, whichever comes first."""
     return run_in_c(MADE[name]())
 
 
@@ -66,6 +67,7 @@ def test_torque_and_state_are_those_of_the_kernels(name):
         assert runner.state_to_json() == controller.state_to_json()
     assert runner.estimates == pytest.approx(controller.estimates)
     assert runner.rejected == controller.rejected > 0
+    runner.reset()
 
 
 def test_a_state_goes_from_python_to_c_and_back():
@@ -76,6 +78,7 @@ def test_a_state_goes_from_python_to_c_and_back():
     found = steps_in_c(runner, rows[50:100])
     again = MADE["adaptive with offset and lag"]()
     again.state_from_json(runner.state_to_json())
+    runner.reset()
     expected = steps_in_python(controller, rows[50:])
     assert same(np.vstack([found, steps_in_python(again, rows[100:])]), expected)
 
@@ -128,7 +131,6 @@ def test_further_regressors_reach_the_c_code_and_the_last_ones_hold():
 
 def test_a_takeover_in_c_is_that_of_python():
     controller, runner = adaptive(), runner_of("adaptive")
-    runner.reset()
     for one in (controller, runner):
         for k in range(50):
             one.step(0.01 * k, 0.009 * k)
@@ -138,6 +140,7 @@ def test_a_takeover_in_c_is_that_of_python():
     with pytest.raises(ValueError, match=r"^reference = nan"):
         runner.take_over(33.0, math.nan, 0.49)
     assert runner.state_to_json() == before
+    runner.reset()
 
 
 @pytest.mark.parametrize(
@@ -145,12 +148,12 @@ def test_a_takeover_in_c_is_that_of_python():
 )
 def test_a_restart_in_c_is_that_of_python(name):
     controller, runner = MADE[name](), runner_of(name)
-    runner.reset()
     steps_in_python(controller, inputs(controller, 80))
     controller.restart()
     steps_in_c(runner, inputs(controller, 80))
     runner._library.controller_restart(runner._handle)
     assert runner.state_to_json() == controller.state_to_json()
+    runner.reset()
 
 
 def test_without_a_compiler_it_says_so(monkeypatch):
