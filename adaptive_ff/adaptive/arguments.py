@@ -94,10 +94,10 @@ def checked_fraction(friction_share: float) -> float:
     return float(friction_share)
 
 
-def observer_pole(bandwidth: float | None) -> float:
+def observer_pole(bandwidth: float | None, tuning: Tuning) -> float:
     """Return the fastest pole of the observer, rad/s, for a bandwidth in Hz."""
     if bandwidth is None:
-        return math.inf
+        return tuning.fastest
     check_positive(observer_bandwidth=bandwidth)
     return 2.0 * math.pi * float(bandwidth)
 

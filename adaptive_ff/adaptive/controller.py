@@ -197,7 +197,7 @@ class AdaptiveController(IdentifyingController):
             includes_inertia=checked_switch("feedforward_includes_inertia", feedforward_includes_inertia),
             memory=checked_memory(memory, tuning),
             first_unit=tuning.first_unit * float(proportional * stribeck_velocity),
-            observer_pole=min(observer_pole(observer_bandwidth), slowed(1.0 / response, delay * period)),
+            observer_pole=min(observer_pole(observer_bandwidth, tuning), slowed(1.0 / response, delay * period)),
             span=max(1, int(tuning.span * response / period)),
             friction_share=checked_fraction(friction_share),
         )

@@ -59,6 +59,8 @@ class Tuning(NamedTuple):
         Error that the observer explains before anything is measured, in Stribeck velocities.
     explained : float
         Coefficient of determination of the error by the response to the observed torque, from which its gain is one.
+    fastest : float
+        Pole of the observer at most, rad/s.
     observed_fraction : float
         Fraction of the lacking torque that is observed: the rest bounds it beside an unknown lag.
     fade : float
@@ -101,5 +103,6 @@ class Tuning(NamedTuple):
     moving: float = 20.0
     believed: float = 0.03
     explained: float = 0.5
+    fastest: float = 100.0
     observed_fraction: float = 0.85
     fade: float = 1.0
