@@ -197,8 +197,8 @@ NOT_COPIED = (".*", "build", "*.egg-info", "__pycache__", "results")  # of the c
 EARLIER = "9787daa"  # the version that first commands are compared with; numba compiled its kernels
 
 
-def in_copy(command: str, *path: str, version: str = "", **variables: str) -> float:
-    """Time a command in a copy of the checkout, or of a version in its history, with an empty home and a PATH."""
+def in_copy(command: str, *path: str, version: str = "", **variables: str) -> list[float]:
+    """Time the parts of a command in a copy of the checkout, or of a version in its history; its home is empty."""
     with tempfile.TemporaryDirectory() as home:
         copy, archive = Path(home, "copy"), Path(home, "version.tar")
         if version:
@@ -208,16 +208,17 @@ def in_copy(command: str, *path: str, version: str = "", **variables: str) -> fl
             shutil.copytree(ROOT, copy, ignore=shutil.ignore_patterns(*NOT_COPIED))
         kept = {key: value for key, value in os.environ.items() if key not in ("CC", *CACHES)}
         known = {**kept, **variables, "HOME": home, "PATH": os.pathsep.join(path)}
-        return timed(command, shell=True, cwd=copy, env=known)[0]
+        return [timed(part, shell=True, cwd=copy, env=known)[0] for part in command.split(" && ")]
 
 
 def first_commands() -> dict[str, float]:
     """Time README's first command: with this machine's compilers, with zig alone, of a wheel; and ratios to an earlier.
 
-    Building the wheel goes before and does not count; the earlier version runs before and after the others. Without
-    this version in the history of git there are no ratios; without a package index there is ``InputError``.
+    ``compare`` is its last part, the first comparison after the installation with a compiler. Building the wheel goes
+    before and does not count; the earlier version runs before and after the others. Without this version in the history
+    of git there are no ratios; without a package index there is ``InputError``.
     """
-    install, earlier = FIRST_COMMAND.format("."), list[float]()
+    install, earlier = FIRST_COMMAND.format("."), list[list[float]]()
     with tempfile.TemporaryDirectory() as folder:
         Path(folder, "python3").symlink_to(sys.executable)  # and no compiler
         both = folder, os.environ["PATH"]
@@ -225,17 +226,19 @@ def first_commands() -> dict[str, float]:
         (wheel,) = Path(folder).glob("*.whl")
         with suppress(InputError):
             earlier.append(in_copy(install, *both, version=EARLIER))
-        found = {
+        parts = {
             "with_compiler": in_copy(install, *both),
             "with_zig": in_copy(install, folder),
             "from_wheel": in_copy(FIRST_COMMAND.format(wheel), folder),
         }
         with suppress(InputError):
             earlier.append(in_copy(install, *both, version=EARLIER))
+    found = {**{name: sum(spent) for name, spent in parts.items()}, "compare": parts["with_compiler"][-1]}
     if not earlier:
         return found
-    ratios = {f"{name}_ratio": spent / np.mean(earlier).item() for name, spent in found.items()}
-    return {**found, "earlier": np.mean(earlier).item(), **ratios}
+    whole, compare = float(np.sum(earlier)) / len(earlier), float(np.mean(earlier, axis=0)[-1])
+    ratios = {f"{name}_ratio": spent / (compare if name == "compare" else whole) for name, spent in found.items()}
+    return {**found, "earlier": whole, "earlier_compare": compare, **ratios}
 
 
 def timed(command: str | list[str], **there: Any) -> tuple[float, str]:
