@@ -51,9 +51,8 @@ def seeded(
     return generate
 
 
-pooled = partial(
-    seeded, pooled=True
-)  # of a case for each row, of all seeds together: ``run(*row, seeds, controllers)``
+# of a case for each row, of all seeds together: ``run(*row, seeds, controllers)``
+pooled = partial(seeded, pooled=True)
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from adaptive_ff import load_scenario
-from adaptive_ff.comparison.registry import make_controller
+from adaptive_ff.comparison.registry import make_for_machine
 from benchmarks.export.project import STRICT, exported, run
 
 TABLES = tomllib.loads(Path(__file__).with_suffix(".toml").read_text(encoding="utf-8"))
@@ -29,7 +29,7 @@ def measured(name: str, kind: str) -> dict[str, float]:
         raise ValueError(f"{command[0]} or {emulator[0]} is not installed")
     controller, _, more = kind.partition(", ")
     scenario = load_scenario().modified(**({"adaptation": TABLES["all"]} if more else {}))
-    with exported(make_controller(scenario, controller), single=chip["single"]) as folder:
+    with exported(make_for_machine(scenario, controller), single=chip["single"]) as folder:
         (folder / "ram.c").write_text('#include "drive.h"\ndrive_Controller controller;\n')
         (flash, _), (_, ram) = (_compiled(folder, command, name) for name in ("drive", "ram"))
         version = run(folder, command[0], "-dumpfullversion").strip()

@@ -4,7 +4,7 @@ import re
 import subprocess
 import sys
 import tempfile
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import partial
 from importlib.util import find_spec
@@ -43,6 +43,14 @@ def exported(controller: Any, *, single: bool = False) -> Iterator[Path]:
     with tempfile.TemporaryDirectory() as folder:
         export_controller(controller, folder, prefix="drive", single=single)
         yield Path(folder)
+
+
+def announced(what: str, names: Iterable[str]) -> Iterator[str]:
+    """Yield names, and print each with its place before: what follows takes seconds."""
+    listed = list(names)
+    for place, name in enumerate(listed, 1):
+        print(f"{what}: {name} ({place} of {len(listed)})", file=sys.stderr, flush=True)
+        yield name
 
 
 def run(folder: Path, *command: str) -> str:

@@ -15,7 +15,7 @@ from adaptive_ff.export.buffer import state_to_bytes
 from adaptive_ff.scenario.library import scenario_names
 from adaptive_ff.simulation.experiment import build_setup
 from benchmarks.cases.reports import Row, limited
-from benchmarks.export.project import LATE, PROMPT, adaptive, difference, exported, variants, zig
+from benchmarks.export.project import LATE, PROMPT, adaptive, announced, difference, exported, variants, zig
 
 CLOSENESS = 1e-11  # largest difference of another machine's torque to Python's, over the largest torque
 CALLS = 5000
@@ -63,8 +63,9 @@ def bits() -> list[Row]:
     """Repeat a recorded run of every variant, and count those that differ by compiler and level."""
     builds = [(program, f"-O{level}") for program in ("gcc", "clang") if shutil.which(program) for level in range(4)]
     unequal = dict.fromkeys(builds, 0)
-    for make in variants().values():
-        with exported(make()) as folder:
+    makers = variants()
+    for name in announced("random inputs", makers):
+        with exported(makers[name]()) as folder:
             for build in builds:
                 unequal[build] += difference(folder, build) > 0.0
     return [limited(f"random inputs, {' '.join(build)} -std=c99", count, 0) for build, count in unequal.items()]
@@ -80,7 +81,7 @@ class Own:
 def closed_loops() -> list[Row]:
     """Run the adaptive controller in closed loop on all scenarios in Python, in C, and in C in single precision."""
     differing, costs = 0, []
-    for name in scenario_names():
+    for name in announced("closed loops", scenario_names()):
         scenario = load_scenario(name)
         scenario = scenario.modified(duration=min(scenario.length, max(SHORT, scenario.last_change + 1.0)))
         plain = make_controller(scenario, "adaptive").run_uncompiled()
