@@ -75,8 +75,11 @@ def group_step(name: str, joints: int) -> Call:
     references, measured = (np.repeat(np.array(one)[:, None], joints, axis=1) for one in samples())
     group = JointGroup({f"joint {place}": make_controller(load_scenario(), name) for place in range(joints)})
 
+    torque = [np.zeros(joints)]
+
     def call(k: int) -> None:
-        group.step(references[k], measured[k], next_reference=references[k + 1])
+        last, following = torque[0], references[k + 1]
+        torque[0] = group.step(references[k], measured[k], next_reference=following, realised_torque=last)
 
     return call
 
