@@ -133,30 +133,35 @@ class CalledBack:
     Parameters
     ----------
     step : callable
-        ``step(inputs) -> output``.
+        ``step(inputs) -> (torque, feedforward)``, of a list in the order of :class:`Inputs`.
     write_estimates : callable, optional
         Writes the estimates into a row, where it has any.
     """
 
-    def __init__(self, step: Callable[[Inputs], Output], write_estimates: Callable[[Any], None] | None) -> None:
+    def __init__(
+        self, step: Callable[[list[float]], tuple[float, float]], write_estimates: Callable[[Any], None] | None
+    ) -> None:
         self._step, self._write = step, write_estimates
         self._error: BaseException | None = None
-        self._exchange = empty_exchange()
+        exchange = empty_exchange()
+        self._row: memoryview[Any] = memoryview(
+            exchange
+        )  # numbers of Python's go in and out of it in half of numpy's time
         self._functions = BY_ADDRESS(self._do_step), BY_ADDRESS(self._do_write)  # compiled code may call them
         places = [int(ctypes.cast(function, ctypes.c_void_p).value or 0) for function in self._functions]
         estimates = 0 if write_estimates is None else places[1]
         # what stands for the parameters in compiled code
-        self.addresses = NativeParameters(places[0], estimates, 0, 0, 0, self._exchange)
+        self.addresses = NativeParameters(places[0], estimates, 0, 0, 0, exchange)
 
     def _do_step(self, parameters: int, state: int, row: int, count: int) -> None:
         del parameters, state, row, count  # the step's own are in Python, and the row is what is exchanged
-        output = Output(0.0, 0.0)
+        output = 0.0, 0.0
         if self._error is None:
             try:
-                output = self._step(Inputs(*self._exchange[:TORQUE].tolist()))
+                output = self._step(self._row[:TORQUE].tolist())
             except BaseException as error:
                 self._error = error
-        self._exchange[TORQUE:] = output
+        self._row[TORQUE], self._row[TORQUE + 1] = output
 
     def _do_write(self, parameters: int, state: int, row: int, count: int) -> None:
         del parameters, state

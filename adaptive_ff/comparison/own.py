@@ -7,7 +7,7 @@ import math
 import pickle
 import sys
 import zlib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from functools import lru_cache
 from inspect import Parameter, signature
 from pathlib import Path
@@ -70,52 +70,67 @@ Own = OwnController | Callable[..., Any] | str
 """An own controller: an object (copied for each run), a class or a factory, or ``FILE.py:NAME`` of one of these."""
 
 GIVEN = tuple(name for name in Inputs._fields if name not in ("reference", "velocity"))
-PLANNED = ("reference", "next_reference", "acting_reference", "next_acting_reference")
+PLANNED = tuple(map(Inputs._fields.index, ("reference", "next_reference", "acting_reference", "next_acting_reference")))
+CORRECTION = Inputs._fields.index("correction")
 OPTIONAL = frozenset({"position", "realised_torque", "inertia", "acting_reference", "next_acting_reference"})
-"""Arguments that a step may take by name, planned velocities, and what is None where it is not known."""
+"""Arguments that a step may take by name; places of planned velocities and of the correction among the inputs; and
+arguments that are None where they are not known.
+"""
 
 
 class Foreign(NamedTuple):
     """A user's own controller, as parameters of the loop in plain Python."""
 
     controller: Any  # has a method ``step`` like :meth:`controllers.Controller.step`
-    accepted: frozenset[str]  # names of the keyword arguments that its ``step`` accepts; it is given no others
+    call: Callable[..., Any]  # its ``step``, given those of the inputs in their order that it accepts
+    follows: bool  # whether it accepts the correction of an outer loop
     estimate_names: tuple[str, ...] = ()  # names of its estimates
+
+
+def _foreign(controller: Any, accepted: Sequence[str]) -> Foreign:
+    """Return a controller whose step accepts keyword arguments of these names.
+
+    Its call is written out: a mapping of arguments made anew for each sample would take longer than a PI step.
+    """
+    given = [f"{name}={name}" + f" if isfinite({name}) else None" * (name in OPTIONAL) for name in accepted]
+    text = f"lambda {', '.join(Inputs._fields)}: step({', '.join(['reference', 'velocity', *given])})"
+    call = eval(text, {"step": controller.step, "isfinite": math.isfinite})
+    return Foreign(controller, call, "correction" in accepted, tuple(getattr(controller, "estimates", None) or ()))
 
 
 def own_controller(controller: Any) -> Foreign:
     """Return a user's controller with what the loop needs to know of it; refuse one that cannot be called."""
-    names = tuple(getattr(controller, "estimates", None) or ())
     try:
         taken = signature(controller.step)
     except (TypeError, ValueError):  # written in another language
-        return Foreign(controller, frozenset(GIVEN), names)
+        return _foreign(controller, GIVEN)
     kinds = {name: parameter.kind for name, parameter in taken.parameters.items()}
     named = (Parameter.KEYWORD_ONLY, Parameter.POSITIONAL_OR_KEYWORD)
     every = Parameter.VAR_KEYWORD in kinds.values()
-    found = Foreign(controller, frozenset(name for name in GIVEN if every or kinds.get(name) in named), names)
+    accepted = [name for name in GIVEN if every or kinds.get(name) in named]
     try:
-        taken.bind(None, None, **dict.fromkeys(found.accepted))
+        taken.bind(None, None, **dict.fromkeys(accepted))
     except TypeError as error:
         raise InputError(
-            f"{_name(found)} has step{taken} ({error}); it is called with reference and velocity, and by name with "
-            f"those that it has of {', '.join(GIVEN)}"
+            f"{_name(controller)} has step{taken} ({error}); it is called with reference and velocity, and by name "
+            f"with those that it has of {', '.join(GIVEN)}"
         ) from error
-    return found
+    return _foreign(controller, accepted)
 
 
-def step_own(parameters: Foreign, inputs: Inputs) -> Output:
-    """Do one sample of a user's controller; the inputs are Python's numbers, not numpy's."""
-    if "correction" not in parameters.accepted:  # all it can follow is plan and outer loop together
-        inputs = inputs._replace(**{name: getattr(inputs, name) + inputs.correction for name in PLANNED})
-    given = {name: getattr(inputs, name) for name in parameters.accepted}
-    others = {name: None if name in OPTIONAL and not math.isfinite(value) else value for name, value in given.items()}
-    torque = parameters.controller.step(inputs.reference, inputs.velocity, **others)
+def step_own(parameters: Foreign, inputs: list[float]) -> tuple[float, float]:
+    """Do one sample of a user's controller, given Python's numbers; return torque and feedforward, N m."""
+    correction = inputs[CORRECTION]
+    if correction != 0.0 and not parameters.follows:  # all it can follow is plan and outer loop together
+        for place in PLANNED:
+            inputs[place] += correction
+    torque = parameters.call(*inputs)
     value = _number(torque)
     if not math.isfinite(value):
-        raise InputError(f"{_name(parameters)} returned a torque of {torque!r}; it must be a finite number")
+        name = _name(parameters.controller)
+        raise InputError(f"{name} returned a torque of {torque!r}; it must be a finite number")
     fed = _number(getattr(parameters.controller, "feedforward", 0.0))  # anything else of that name is no torque
-    return Output(value, fed if math.isfinite(fed) else 0.0)
+    return value, fed if math.isfinite(fed) else 0.0
 
 
 def write_own_estimates(parameters: Foreign, row: NDArray[Any]) -> None:
@@ -124,11 +139,12 @@ def write_own_estimates(parameters: Foreign, row: NDArray[Any]) -> None:
         given = parameters.controller.estimates.get(name)
         row[place] = _number(given)
         if not math.isfinite(row[place]):
-            raise InputError(f"{_name(parameters)} has estimates[{name!r}] = {given!r}; it must be a finite number")
+            whose = _name(parameters.controller)
+            raise InputError(f"{whose} has estimates[{name!r}] = {given!r}; it must be a finite number")
 
 
-def _name(parameters: Foreign) -> str:
-    return f"the own controller {type(parameters.controller).__name__}"
+def _name(controller: Any) -> str:
+    return f"the own controller {type(controller).__name__}"
 
 
 def _number(value: Any) -> float:
@@ -139,7 +155,10 @@ def _number(value: Any) -> float:
         return math.nan
 
 
-STEPS[Foreign] = lambda parameters, state, inputs: (step_own(parameters, Inputs(*map(float, inputs))), state)
+STEPS[Foreign] = lambda parameters, state, inputs: (
+    Output(*step_own(parameters, list(map(float, inputs)))),
+    state,
+)
 ESTIMATES[Foreign] = lambda parameters, state, row: write_own_estimates(parameters, row)
 
 

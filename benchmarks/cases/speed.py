@@ -6,6 +6,7 @@ what is kept, and ``ratio``, a time over that of what the row is compared with, 
 
 import os
 import re
+import shlex
 import shutil
 import subprocess
 import sys
@@ -200,8 +201,32 @@ NOT_COPIED = (".*", "build", "*.egg-info", "__pycache__", "results")  # of the c
 EARLIER = "9787daa"  # the version that first commands are compared with; numba compiled its kernels
 
 
+OWN = """import time
+from adaptive_ff import load_scenario, simulate
+
+class Own:
+    total = 0.0
+
+    def step(self, reference, velocity, **others):
+        error = reference - velocity
+        self.total += 50.0 * error
+        return 1200.0 * error + self.total
+
+def run():
+    begin = time.perf_counter()
+    simulate(load_scenario(), Own(), uncertain=False)
+    return time.perf_counter() - begin
+
+print(sorted(run() for _ in range(11))[5])
+"""
+"""Prints the median time of a run of the built-in scenario with a PI controller written in Python."""
+
+
 def in_copy(command: str, *path: str, version: str = "", **variables: str) -> list[float]:
-    """Time the parts of a command in a copy of the checkout, or of a version in its history; its home is empty."""
+    """Time the parts of a command in a copy of the checkout, or of a version in its history; its home is empty.
+
+    Behind them comes the time of a run with a controller of one's own, where the command has installed the package.
+    """
     with tempfile.TemporaryDirectory() as home:
         copy, archive = Path(home, "copy"), Path(home, "version.tar")
         if version:
@@ -211,15 +236,19 @@ def in_copy(command: str, *path: str, version: str = "", **variables: str) -> li
             shutil.copytree(ROOT, copy, ignore=shutil.ignore_patterns(*NOT_COPIED))
         kept = {key: value for key, value in os.environ.items() if key not in ("CC", *CACHES)}
         known = {**kept, **variables, "HOME": home, "PATH": os.pathsep.join(path)}
-        return [timed(part, shell=True, cwd=copy, env=known)[0] for part in command.split(" && ")]
+        spent = [timed(part, shell=True, cwd=copy, env=known)[0] for part in command.split(" && ")]
+        if "install" in command:
+            spent.append(float(timed(f".venv/bin/python -c {shlex.quote(OWN)}", shell=True, cwd=copy, env=known)[1]))
+        return spent
 
 
 def first_commands() -> dict[str, float]:
     """Time README's first command: with this machine's compilers, with zig alone, of a wheel; and ratios to an earlier.
 
-    ``compare`` is its last part, the first comparison after the installation with a compiler. Building the wheel goes
-    before and does not count; the earlier version runs before and after the others. Without this version in the history
-    of git there are no ratios; without a package index there is ``InputError``.
+    ``compare`` is its last part, the first comparison after the installation with a compiler, and ``own`` the time of a
+    run with a controller in Python. Building the wheel goes before and does not count; the earlier version runs before
+    and after the others. Without this version in the history of git there are no ratios; without a package index there
+    is ``InputError``.
     """
     install, earlier = FIRST_COMMAND.format("."), list[list[float]]()
     with tempfile.TemporaryDirectory() as folder:
@@ -236,12 +265,14 @@ def first_commands() -> dict[str, float]:
         }
         with suppress(InputError):
             earlier.append(in_copy(install, *both, version=EARLIER))
-    found = {**{name: sum(spent) for name, spent in parts.items()}, "compare": parts["with_compiler"][-1]}
+    found = {name: sum(spent[:-1]) for name, spent in parts.items()}
+    found["compare"], found["own"] = parts["with_compiler"][-2:]
     if not earlier:
         return found
-    whole, compare = float(np.sum(earlier)) / len(earlier), float(np.mean(earlier, axis=0)[-1])
-    ratios = {f"{name}_ratio": spent / (compare if name == "compare" else whole) for name, spent in found.items()}
-    return {**found, "earlier": whole, "earlier_compare": compare, **ratios}
+    *before, compare, own = np.mean(earlier, axis=0).tolist()
+    whole, alone = sum(before) + compare, {"compare": compare, "own": own}
+    ratios = {f"{name}_ratio": spent / alone.get(name, whole) for name, spent in found.items()}
+    return {**found, "earlier": whole, "earlier_compare": compare, "earlier_own": own, **ratios}
 
 
 def timed(command: str | list[str], **there: Any) -> tuple[float, str]:
