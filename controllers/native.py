@@ -144,9 +144,7 @@ class CalledBack:
         self._step, self._write = step, write_estimates
         self._error: BaseException | None = None
         exchange = empty_exchange()
-        self._row: memoryview[Any] = memoryview(
-            exchange
-        )  # numbers of Python's go in and out of it in half of numpy's time
+        self._row: Any = exchange.data  # numbers of Python's go in and out of it in half of numpy's time
         self._functions = BY_ADDRESS(self._do_step), BY_ADDRESS(self._do_write)  # compiled code may call them
         places = [int(ctypes.cast(function, ctypes.c_void_p).value or 0) for function in self._functions]
         estimates = 0 if write_estimates is None else places[1]
