@@ -73,9 +73,7 @@ GIVEN = tuple(name for name in Inputs._fields if name not in ("reference", "velo
 PLANNED = tuple(map(Inputs._fields.index, ("reference", "next_reference", "acting_reference", "next_acting_reference")))
 CORRECTION = Inputs._fields.index("correction")
 OPTIONAL = frozenset({"position", "realised_torque", "inertia", "acting_reference", "next_acting_reference"})
-"""Arguments that a step may take by name; places of planned velocities and of the correction among the inputs; and
-arguments that are None where they are not known.
-"""
+"""Arguments that a step may take by name, places of planned velocities and the correction, and what may be None."""
 
 
 class Foreign(NamedTuple):
@@ -155,10 +153,7 @@ def _number(value: Any) -> float:
         return math.nan
 
 
-STEPS[Foreign] = lambda parameters, state, inputs: (
-    Output(*step_own(parameters, list(map(float, inputs)))),
-    state,
-)
+STEPS[Foreign] = lambda parameters, state, inputs: (Output(*step_own(parameters, list(map(float, inputs)))), state)
 ESTIMATES[Foreign] = lambda parameters, state, row: write_own_estimates(parameters, row)
 
 

@@ -219,14 +219,11 @@ def run():
 
 print(sorted(run() for _ in range(11))[5])
 """
-"""Prints the median time of a run of the built-in scenario with a PI controller written in Python."""
+"""Prints the median time of a run of the built-in scenario with a controller of one's own."""
 
 
 def in_copy(command: str, *path: str, version: str = "", **variables: str) -> list[float]:
-    """Time the parts of a command in a copy of the checkout, or of a version in its history; its home is empty.
-
-    Behind them comes the time of a run with a controller of one's own, where the command has installed the package.
-    """
+    """Time the parts of a command, and what it installed by ``OWN``, in a copy of the checkout or of a version."""
     with tempfile.TemporaryDirectory() as home:
         copy, archive = Path(home, "copy"), Path(home, "version.tar")
         if version:

@@ -48,6 +48,12 @@ def run(joint, state, torques, period, way=FOLLOW):
     return motion
 
 
+def ends(joint, start, torque, duration, periods):
+    """State at the end of a duration for each solver period, with a torque of the middles of the steps."""
+    middles = [period * (np.arange(round(duration / period)) + 0.5) for period in periods]
+    return np.array([run(joint, start, torque(at), h)[-1] for at, h in zip(middles, periods, strict=True)])
+
+
 def along_paths(step, rest):
     """Return a function that finds friction along a path, of a joint which is too heavy to be moved by it."""
 
