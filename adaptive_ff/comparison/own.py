@@ -70,10 +70,9 @@ Own = OwnController | Callable[..., Any] | str
 """An own controller: an object (copied for each run), a class or a factory, or ``FILE.py:NAME`` of one of these."""
 
 GIVEN = tuple(name for name in Inputs._fields if name not in ("reference", "velocity"))
-PLANNED = tuple(map(Inputs._fields.index, ("reference", "next_reference", "acting_reference", "next_acting_reference")))
-CORRECTION = Inputs._fields.index("correction")
+PLANNED = ("reference", "next_reference", "acting_reference", "next_acting_reference")
 OPTIONAL = frozenset({"position", "realised_torque", "inertia", "acting_reference", "next_acting_reference"})
-"""Arguments that a step may take by name, places of planned velocities and the correction, and what may be None."""
+"""Arguments that a step may take by name, planned velocities, and what is None where it is not known."""
 
 
 class Foreign(NamedTuple):
@@ -81,19 +80,22 @@ class Foreign(NamedTuple):
 
     controller: Any  # has a method ``step`` like :meth:`controllers.Controller.step`
     call: Callable[..., Any]  # its ``step``, given those of the inputs in their order that it accepts
-    follows: bool  # whether it accepts the correction of an outer loop
     estimate_names: tuple[str, ...] = ()  # names of its estimates
 
 
 def _foreign(controller: Any, accepted: Sequence[str]) -> Foreign:
     """Return a controller whose step accepts keyword arguments of these names.
 
-    Its call is written out: a mapping of arguments made anew for each sample would take longer than a PI step.
+    Its call is written out: a mapping of arguments made anew for each sample would take longer than a PI step. Where it
+    does not accept the correction of an outer loop, all it can follow is plan and outer loop together.
     """
-    given = [f"{name}={name}" + f" if isfinite({name}) else None" * (name in OPTIONAL) for name in accepted]
-    text = f"lambda {', '.join(Inputs._fields)}: step({', '.join(['reference', 'velocity', *given])})"
-    call = eval(text, {"step": controller.step, "isfinite": math.isfinite})
-    return Foreign(controller, call, "correction" in accepted, tuple(getattr(controller, "estimates", None) or ()))
+    added = "" if "correction" in accepted else " + correction"
+    values = {name: name + added * (name in PLANNED) for name in Inputs._fields}
+    values |= {name: f"{values[name]} if isfinite({name}) else None" for name in OPTIONAL}
+    given = [values["reference"], "velocity", *(f"{name}={values[name]}" for name in accepted)]
+    text = f"lambda {', '.join(Inputs._fields)}: controller.step({', '.join(given)})"
+    call = eval(text, {"controller": controller, "isfinite": math.isfinite})
+    return Foreign(controller, call, tuple(getattr(controller, "estimates", None) or ()))
 
 
 def own_controller(controller: Any) -> Foreign:
@@ -118,10 +120,6 @@ def own_controller(controller: Any) -> Foreign:
 
 def step_own(parameters: Foreign, inputs: list[float]) -> tuple[float, float]:
     """Do one sample of a user's controller, given Python's numbers; return torque and feedforward, N m."""
-    correction = inputs[CORRECTION]
-    if correction != 0.0 and not parameters.follows:  # all it can follow is plan and outer loop together
-        for place in PLANNED:
-            inputs[place] += correction
     torque = parameters.call(*inputs)
     value = _number(torque)
     if not math.isfinite(value):

@@ -195,12 +195,6 @@ def installed() -> dict[str, float]:
     return {"megabytes": total / 1e6}
 
 
-FIRST_COMMAND = "python3 -m venv .venv && .venv/bin/pip install --quiet {} && .venv/bin/adaptive-ff compare"
-AHEAD = "python3 -m venv .venv && .venv/bin/pip wheel --quiet --no-deps --wheel-dir {} ."
-NOT_COPIED = (".*", "build", "*.egg-info", "__pycache__", "results")  # of the checkout
-EARLIER = "9787daa"  # the version that first commands are compared with; numba compiled its kernels
-
-
 OWN = """import time
 from adaptive_ff import load_scenario, simulate
 
@@ -221,9 +215,15 @@ print(sorted(run() for _ in range(11))[5])
 """
 """Prints the median time of a run of the built-in scenario with a controller of one's own."""
 
+FIRST_COMMAND = "python3 -m venv .venv && .venv/bin/pip install --quiet {} && .venv/bin/adaptive-ff compare"
+FIRST_COMMAND += f" && .venv/bin/python -c {shlex.quote(OWN)}"
+AHEAD = "python3 -m venv .venv && .venv/bin/pip wheel --quiet --no-deps --wheel-dir {} ."
+NOT_COPIED = (".*", "build", "*.egg-info", "__pycache__", "results")  # of the checkout
+EARLIER = "9787daa"  # the version that first commands are compared with; numba compiled its kernels
 
-def in_copy(command: str, *path: str, version: str = "", **variables: str) -> list[float]:
-    """Time the parts of a command, and what it installed by ``OWN``, in a copy of the checkout or of a version."""
+
+def in_copy(command: str, *path: str, version: str = "", **variables: str) -> list[tuple[float, str]]:
+    """Time the parts of a command in a copy of the checkout, or of a version in its history; its home is empty."""
     with tempfile.TemporaryDirectory() as home:
         copy, archive = Path(home, "copy"), Path(home, "version.tar")
         if version:
@@ -233,10 +233,13 @@ def in_copy(command: str, *path: str, version: str = "", **variables: str) -> li
             shutil.copytree(ROOT, copy, ignore=shutil.ignore_patterns(*NOT_COPIED))
         kept = {key: value for key, value in os.environ.items() if key not in ("CC", *CACHES)}
         known = {**kept, **variables, "HOME": home, "PATH": os.pathsep.join(path)}
-        spent = [timed(part, shell=True, cwd=copy, env=known)[0] for part in command.split(" && ")]
-        if "install" in command:
-            spent.append(float(timed(f".venv/bin/python -c {shlex.quote(OWN)}", shell=True, cwd=copy, env=known)[1]))
-        return spent
+        return [timed(part, shell=True, cwd=copy, env=known) for part in command.split(" && ")]
+
+
+def first_command(*path: str, install: str = ".", version: str = "") -> list[float]:
+    """Time the parts of README's first command, and then a run with a controller of one's own (s)."""
+    *parts, own = in_copy(FIRST_COMMAND.format(install), *path, version=version)
+    return [*(spent for spent, _ in parts), float(own[1])]
 
 
 def first_commands() -> dict[str, float]:
@@ -247,21 +250,21 @@ def first_commands() -> dict[str, float]:
     and after the others. Without this version in the history of git there are no ratios; without a package index there
     is ``InputError``.
     """
-    install, earlier = FIRST_COMMAND.format("."), list[list[float]]()
+    earlier = list[list[float]]()
     with tempfile.TemporaryDirectory() as folder:
         Path(folder, "python3").symlink_to(sys.executable)  # and no compiler
         both = folder, os.environ["PATH"]
         in_copy(AHEAD.format(folder), *both, ADAPTIVE_FF_AHEAD="1")
         (wheel,) = Path(folder).glob("*.whl")
         with suppress(InputError):
-            earlier.append(in_copy(install, *both, version=EARLIER))
+            earlier.append(first_command(*both, version=EARLIER))
         parts = {
-            "with_compiler": in_copy(install, *both),
-            "with_zig": in_copy(install, folder),
-            "from_wheel": in_copy(FIRST_COMMAND.format(wheel), folder),
+            "with_compiler": first_command(*both),
+            "with_zig": first_command(folder),
+            "from_wheel": first_command(folder, install=str(wheel)),
         }
         with suppress(InputError):
-            earlier.append(in_copy(install, *both, version=EARLIER))
+            earlier.append(first_command(*both, version=EARLIER))
     found = {name: sum(spent[:-1]) for name, spent in parts.items()}
     found["compare"], found["own"] = parts["with_compiler"][-2:]
     if not earlier:

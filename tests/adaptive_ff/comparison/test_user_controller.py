@@ -55,6 +55,23 @@ def test_own_controller_is_given_the_preview_the_realised_torque_and_the_time_st
     assert steps == pytest.approx([scenario.sampling.period] * scenario.samples, rel=1e-12)
 
 
+class Switching(Proportional):
+    """Replaces its own step, as a machine of states does."""
+
+    def step(self, reference, velocity, **others):
+        self.step = self.idle
+        return self.gain * (reference - velocity)
+
+    def idle(self, reference, velocity, **others):
+        return 0.0
+
+
+def test_own_controller_may_replace_its_step_on_the_way():
+    run = simulate(SHORT, Switching(GAIN))
+    assert abs(run.torque[0]) > 0.0
+    assert not np.any(run.torque[1:])
+
+
 class Recording(Proportional):
     """Takes everything, and remembers the positions."""
 
