@@ -11,7 +11,7 @@ from PIL import Image
 from adaptive_ff.files import staged
 from adaptive_ff.report.comparison_pictures import LOOKS
 from adaptive_ff.report.style import INK, QUIET, STYLE, WIDTH, explain_looks, label_above, stamp, write_figures
-from benchmarks.cases import circle
+from benchmarks.cases.machines import circle
 from benchmarks.friction.laws import DATA, fit_all, read_record
 from benchmarks.friction.picture import draw
 from benchmarks.paper import closed_loop, offline

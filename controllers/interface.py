@@ -9,13 +9,12 @@ from typing import Any, Self
 
 import numpy as np
 
-from controllers.arguments import checked_step
 from controllers.checks import check_finite, check_period
 from controllers.compiled import compiles
 from controllers.kernels.compiler import NoCompiler
 from controllers.native import Native, NativeParameters, bound_step, declined, empty_exchange, fast_step
 from controllers.plausibility import BRIDGED, largest_torque
-from controllers.registry import Inputs, Output, planned_inputs, step, write_estimates
+from controllers.registry import Inputs, Output, checked_step, planned_inputs, step, write_estimates
 from controllers.saved_state import check_feedback, check_it_goes_on, restored, saved_text
 
 

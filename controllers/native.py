@@ -13,14 +13,25 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from controllers.arguments import PREVIEW, RULES, UNKNOWN
 from controllers.arrays import MutableArray, NDArray
 from controllers.kernels.entry import controller_text, symbol_of
 from controllers.kernels.language import BY_ADDRESS, DISPATCHED, call
 from controllers.kernels.library import loaded, stepper
 from controllers.kernels.memory import Memory, structure
 from controllers.kernels.types import type_of
-from controllers.registry import ESTIMATES, MONITORS, STEPS, Inputs, Output, step, without_estimates, write_estimates
+from controllers.registry import (
+    ESTIMATES,
+    MONITORS,
+    PREVIEW,
+    RULES,
+    STEPS,
+    UNKNOWN,
+    Inputs,
+    Output,
+    step,
+    without_estimates,
+    write_estimates,
+)
 
 TORQUE = len(Inputs._fields)
 """Place of the torque in what is exchanged at a step, behind the inputs; the feedforward follows."""

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from controllers.triangle import unpacked
+from controllers.arrays import unpacked
 
 SAME = 1e-9
 """Relative difference up to which two numbers are the same."""

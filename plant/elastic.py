@@ -19,9 +19,8 @@ from typing import Annotated, Any, Literal, NamedTuple
 
 from pydantic import Field
 
-from plant.change import AnyParameters, JointChange, changed_friction
 from plant.fields import NonNegative, Positive
-from plant.friction import Stribeck
+from plant.friction import AnyParameters, JointChange, Stribeck, changed_friction
 from plant.joint import FrictionFields, check_unique_step, refuse_period
 from plant.registry import register
 from plant.sliding import velocity_under_friction

@@ -1,14 +1,18 @@
-"""The joint with lagged Stribeck friction as a user meets it, and the fields that every kind of joint has."""
+"""The joint with lagged Stribeck friction as a user meets it, the fields that every kind of joint has, and its weight.
+
+The torque of a weight that hangs on a rotary joint is ``amplitude sin(q + phase)``, against the motor's. It acts over a
+solver step as it is at the position before the step: of first order in the period, like the steps themselves. Of an
+elastic joint it acts at the motor, as the offset does.
+"""
 
 import math
 from collections.abc import Iterable
-from typing import Any, Literal, Self
+from typing import Any, Literal, NamedTuple, Self
 
 from pydantic import model_validator
 
 from plant.fields import Finite, NonNegative, Positive, Table, check_numbers, check_period
 from plant.friction import Stribeck, sliding_friction, steepest_fall
-from plant.gravity import Gravity
 from plant.registry import CHECK_PERIOD, READY_JOINT, STEP_READY, register
 from plant.step import (
     JointParameters,
@@ -20,6 +24,19 @@ from plant.step import (
     step_joint,
     step_ready_joint,
 )
+
+
+class Gravity(NamedTuple):
+    """The torque of a weight."""
+
+    amplitude: float  # largest torque, N m; zero without a weight
+    phase: float  # angle from the hanging weight to the position zero, rad
+
+
+def gravity_torque(gravity: Gravity, position: float) -> float:
+    """Return the torque (N m) against the motor's at a position (rad)."""
+    return gravity.amplitude * math.sin(position + gravity.phase)
+
 
 LARGEST_FALL = 0.5
 """Largest falling slope of friction in a step whose root is bracketed, over ``J/h``; at one it is not unique.

@@ -8,8 +8,7 @@ from plant.backlash import BacklashJoint
 from plant.elastic import ElasticJoint
 from plant.elasto_plastic import ElastoPlasticJoint
 from plant.fields import check_finite
-from plant.gravity import gravity_torque
-from plant.joint import FrictionFields, JointModel, whole_multiple
+from plant.joint import FrictionFields, JointModel, gravity_torque, whole_multiple
 from plant.lugre import LuGreJoint
 from plant.maxwell import MaxwellJoint, RollingJoint
 from plant.registry import INITIAL_STATE, STEP_JOINT

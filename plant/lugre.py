@@ -32,9 +32,8 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from plant.change import JointChange, changed_friction, scaled_friction
 from plant.fields import NonNegative, Positive
-from plant.friction import Stribeck, yield_torque
+from plant.friction import JointChange, Stribeck, changed_friction, scaled_friction, yield_torque
 from plant.joint import LARGEST_FALL, FrictionFields, check_coulomb, refuse_period
 from plant.registry import register
 from plant.sliding import MAXIMUM_ITERATIONS, next_speed

@@ -26,9 +26,8 @@ from typing import Annotated, Literal, NamedTuple
 
 from pydantic import Field
 
-from plant.change import JointChange, changed_friction, scaled_friction
 from plant.fields import Positive
-from plant.friction import Stribeck, steepest_fall, yield_torque
+from plant.friction import JointChange, Stribeck, changed_friction, scaled_friction, steepest_fall, yield_torque
 from plant.joint import (
     FALLING,
     FrictionFields,

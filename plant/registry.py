@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from typing import Any
 
-from plant.change import scaled_friction
+from plant.friction import scaled_friction
 
 Kernels = dict[type, Callable[..., Any]]
 
@@ -20,7 +20,7 @@ SCALE_JOINT: Kernels = {}
 """Kernel ``scaled(parameters, factor) -> parameters`` for each class of parameters: friction times a factor."""
 
 CHANGE_JOINT: Kernels = {}
-"""Kernel ``changed(parameters, change) -> parameters`` for each class of parameters; see ``plant.change``."""
+"""Kernel ``changed(parameters, change) -> parameters`` for each class of parameters; see ``plant.friction``."""
 
 SENSED_VELOCITY: Kernels = {}
 """Kernel ``sensed(state) -> velocity`` at the motor, rad/s, for each class of states."""

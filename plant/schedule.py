@@ -22,8 +22,8 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
-from plant.change import UNCHANGED, JointChange
 from plant.fields import Finite, NonNegative, Positive, Table, check_period
+from plant.friction import UNCHANGED, JointChange
 from plant.registry import CHANGE_JOINT, CHECK_PERIOD, SCALE_JOINT
 
 LOAD = JointChange._fields.index("load")
@@ -90,7 +90,7 @@ class FrictionSchedule(NamedTuple):
 
     starts: NDArray[np.int64]  # first solver step of each phase, ascending; the first is 0
     scales: NDArray[np.float64]  # factor on all friction of the joint in each phase; the first is 1
-    changes: NDArray[np.float64]  # what else differs in each phase, in the order of :class:`plant.change.JointChange`
+    changes: NDArray[np.float64]  # what else differs in each phase, in the order of :class:`plant.friction.JointChange`
     varies: bool  # whether friction changes within a phase
     warm_up_excess: float  # excess of the cold joint
     warm_up_time: float  # time constant of warming up, s

@@ -14,8 +14,7 @@ of the period (some 0.01 rad/s at 1 ms), means over a motion with first order st
 import math
 from typing import NamedTuple
 
-from plant.change import AnyParameters, JointChange, changed_friction
-from plant.friction import Stribeck, sliding_friction
+from plant.friction import AnyParameters, JointChange, Stribeck, changed_friction, sliding_friction
 from plant.sliding import Direction, direction_of, speed_in_direction
 
 

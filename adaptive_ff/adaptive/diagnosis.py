@@ -17,7 +17,7 @@ from adaptive_ff.friction.identifying import IdentifyingController
 from adaptive_ff.friction.model import GRAVITY, RIPPLE, unit_of
 from adaptive_ff.learning.kalman import LOOP, Estimate
 from adaptive_ff.reported import Reported
-from controllers.triangle import packed, unpacked
+from controllers.arrays import packed, unpacked
 
 SURE = 2.0
 """Standard deviations of a difference that is taken for one."""

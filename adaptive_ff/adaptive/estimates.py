@@ -8,8 +8,7 @@ from adaptive_ff.adaptive.state import AdaptiveParameters, AdaptiveState
 from adaptive_ff.friction.columns import COULOMB, INERTIA, PATHS, STICTION, VISCOUS
 from adaptive_ff.learning.kalman import LOOP
 from controllers import ESTIMATES
-from controllers.arrays import NDArray
-from controllers.triangle import row_of
+from controllers.arrays import NDArray, row_of
 
 Array = NDArray[np.float64]
 

@@ -17,9 +17,9 @@ from adaptive_ff.adaptive.extensions.chain import JointRegressors
 from adaptive_ff.adaptive.extensions.joints import checked_column, joints_of_table, named
 from adaptive_ff.errors import check_kind, checked_path, read_text
 from controllers import Controller, Inputs, Output
-from controllers.arguments import COMMANDED, MEASURED, PREVIEW, RULES, UNKNOWN
 from controllers.arrays import ArrayLike, NDArray
 from controllers.native import declined, fast_step
+from controllers.registry import COMMANDED, MEASURED, PREVIEW, RULES, UNKNOWN
 
 if TYPE_CHECKING:
     from adaptive_ff.adaptive.diagnosis import Diagnosis

@@ -21,7 +21,7 @@ from adaptive_ff.learning.kalman import (
     update_in_place,
 )
 from controllers import Inputs
-from controllers.triangle import row_of
+from controllers.arrays import row_of
 
 
 def next_noise(noise: Noise, tuning: Tuning, mean: float, duration: float) -> Noise:

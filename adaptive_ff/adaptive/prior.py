@@ -19,9 +19,8 @@ from adaptive_ff.adaptive.tuning import Tuning
 from adaptive_ff.friction.columns import COULOMB, INERTIA, PATHS, STICTION, VISCOUS, Hypothesis, column_count
 from adaptive_ff.friction.model import FURTHER, GRAVITY, RIPPLE, WITH_GRAVITY, TorqueModel
 from adaptive_ff.learning.kalman import Prior
-from controllers.arrays import NDArray
+from controllers.arrays import NDArray, packed, unpacked
 from controllers.checks import check_numbers, checked_array
-from controllers.triangle import packed, unpacked
 
 Array = NDArray[np.float64]
 

@@ -9,9 +9,8 @@ from adaptive_ff.friction.columns import FrictionState, Hypothesis, column_count
 from adaptive_ff.learning.kalman import LOOP, Estimate, Prior
 from adaptive_ff.learning.response import Response, initial_response
 from controllers import PIParameters, PIState, initial_pi_state
-from controllers.arrays import MutableArray
+from controllers.arrays import MutableArray, packed, unpacked
 from controllers.delay import delay_line
-from controllers.triangle import packed, unpacked
 
 FED, OBSERVED, OBSERVER, RESPONSES = 0, 1, 2, 3
 """Places of further responses, after the columns: to all that is fed, to the observed torque, to what of it is fed."""

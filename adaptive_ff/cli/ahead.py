@@ -28,9 +28,8 @@ from adaptive_ff.simulation.experiment import build_setup, empty_record
 from adaptive_ff.simulation.loop import run_in_memory, start_position
 from controllers import Native, difference_velocity, direct_velocity, kalman_velocity, low_pass_velocity
 from controllers.delay import LENGTHS
-from controllers.kernels.cache_directory import BUILT, cache_directory
 from controllers.kernels.compiler import NoCompiler
-from controllers.kernels.library import collected, compile_kernels, stepper
+from controllers.kernels.library import BUILT, cache_directory, collected, compile_kernels, stepper
 from controllers.native import NativeParameters, empty_exchange
 
 ESTIMATORS: dict[str, Callable[[], Any]] = {

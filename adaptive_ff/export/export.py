@@ -12,8 +12,8 @@ from adaptive_ff.export.errors import NotExportable, exporting
 from adaptive_ff.export.sample import check_exportable, regressor_leaf, restarted, switches
 from controllers import ESTIMATES, STEPS, Controller, Inputs, Output
 from controllers.checks import checked_switch
-from controllers.kernels.literals import DOUBLE, FILES, RESERVED, SINGLE
 from controllers.kernels.memory import Leaf, leaves
+from controllers.kernels.text import DOUBLE, FILES, RESERVED, SINGLE
 from controllers.kernels.tree import Function
 from controllers.kernels.types import REAL, Array, Record, type_of
 from controllers.kernels.unit import Unit

@@ -11,10 +11,9 @@ from adaptive_ff.export.export import Export
 from adaptive_ff.export.sample import optional_inputs
 from adaptive_ff.export.source import estimate_unit, header, rendered, source
 from controllers import Inputs, Output
-from controllers.kernels.comments import described, plain, unit
 from controllers.kernels.compiler import compiler
-from controllers.kernels.literals import c_name
 from controllers.kernels.memory import value_at
+from controllers.kernels.text import c_name, described, plain, unit
 
 PLATFORMS = {
     ("Linux", "x86_64"): {"2.0": "linux64", "3.0": "x86_64-linux"},

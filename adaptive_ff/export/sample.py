@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from adaptive_ff.export.buffer import layout
 from adaptive_ff.export.errors import NotExportable
 from controllers import ESTIMATES, STEPS, Controller, Inputs
-from controllers.kernels.comments import described
 from controllers.kernels.memory import Leaf, rebuilt, value_at
+from controllers.kernels.text import described
 from controllers.kernels.types import BOOLEAN
 
 SAMPLES = 200

@@ -17,9 +17,8 @@ from adaptive_ff.export.export import Export
 from adaptive_ff.export.sample import optional_inputs, unchecked_inputs
 from adaptive_ff.files import template
 from adaptive_ff.friction.model import unit_of
-from controllers.kernels.comments import comment_lines, joined, plain, summary
-from controllers.kernels.literals import c_name
 from controllers.kernels.memory import Leaf, value_at
+from controllers.kernels.text import c_name, comment_lines, joined, plain, summary
 from controllers.kernels.types import Array, Line, Record, Type, passed_by_pointer
 
 WIDTH = 101

@@ -21,7 +21,7 @@ from adaptive_ff.logs.log import Log, check_log
 from adaptive_ff.reported import Reported
 from controllers import compiled
 from plant.friction import Stribeck
-from plant.gravity import Gravity, gravity_torque
+from plant.joint import Gravity, gravity_torque
 from plant.step import JointParameters, JointState, friction_at, step_joint
 
 WINDOW = 1.0

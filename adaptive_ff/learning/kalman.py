@@ -12,8 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from controllers.arrays import MutableArray, NDArray
-from controllers.triangle import row_of
+from controllers.arrays import MutableArray, NDArray, row_of
 
 Array = NDArray[np.float64]
 
@@ -35,7 +34,7 @@ RESOLVED = 1e-8
 
 
 class Estimate(NamedTuple):
-    """Mean and covariance, a lower triangle (``controllers.triangle``); arrays are changed in place."""
+    """Mean and covariance, a lower triangle (``controllers.arrays``); arrays are changed in place."""
 
     mean: MutableArray
     covariance: MutableArray

@@ -18,9 +18,9 @@ import numpy as np
 from adaptive_ff.adaptive.estimates import write_deviations
 from adaptive_ff.errors import InputError
 from adaptive_ff.simulation.loop import run_plain
-from controllers.kernels.cache_directory import cache_directory
 from controllers.kernels.compiler import FLAGS, ZIG_COMPILER, compile_files
 from controllers.kernels.entry import entry_text, file_text, library_unit
+from controllers.kernels.library import cache_directory
 from controllers.kernels.memory import NUMBERS, record_type
 from controllers.kernels.types import type_of
 

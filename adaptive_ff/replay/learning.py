@@ -9,8 +9,7 @@ from adaptive_ff.friction.columns import Curve, Hypothesis, columns_along
 from adaptive_ff.identify.motion import Array, Rows
 from adaptive_ff.learning.kalman import LOOP, Estimate, Modes, Prior, constrain_in_place, update_in_place
 from controllers import compiled
-from controllers.arrays import MutableArray, NDArray
-from controllers.triangle import packed, row_of
+from controllers.arrays import MutableArray, NDArray, packed, row_of
 
 COLUMNS = ("inertia", "viscous", "coulomb", "stiction", "slow_coulomb", "soft_coulomb")
 """Names of the first columns; the last two are Coulomb friction that turns over a path."""

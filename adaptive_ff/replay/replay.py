@@ -24,7 +24,7 @@ from adaptive_ff.logs.log import Log, check_log
 from adaptive_ff.replay.learning import Learner, columns_of, initial_state, learn, make_learner
 from adaptive_ff.reported import WORTH, Reported
 from adaptive_ff.scenario.axis_units import axis_unit
-from controllers.triangle import packed, unpacked
+from controllers.arrays import packed, unpacked
 
 NONE, FIXED, RECORDED, COLD, SAVED = "none", "fixed", "recorded", "adaptive", "adaptive_saved"
 """Feedforwards: none; a fixed model; the machine's own; the adaptive one from a cold start, and from a saved state."""

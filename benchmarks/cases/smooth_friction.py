@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from adaptive_ff.simulation.tracking_errors import figures_of, tracking_errors
 from adaptive_ff.studies.study import Found
-from benchmarks.cases.robots import BANDWIDTH, RESOLUTION, VELOCITY_NOISE, Axis, Plan, moves, multisines
+from benchmarks.cases.machines.robots import BANDWIDTH, RESOLUTION, VELOCITY_NOISE, Axis, Plan, moves, multisines
 from benchmarks.cases.stepped import controller_class
 from benchmarks.suite import seeded
 from controllers import PI, PositionLoop

@@ -4,9 +4,8 @@ import hashlib
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
-from controllers.kernels.comments import joined
-from controllers.kernels.literals import DOUBLE
 from controllers.kernels.sources import identity
+from controllers.kernels.text import DOUBLE, joined
 from controllers.kernels.types import REAL, Array, Record, Type, passed_by_pointer, text_of
 
 if TYPE_CHECKING:

@@ -8,12 +8,11 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any
 
-from controllers.kernels.literals import RESERVED
 from controllers.kernels.record import meaning
 from controllers.kernels.sources import Constant, Kernel, resolve
-from controllers.kernels.symbols import Symbols
+from controllers.kernels.text import RESERVED
 from controllers.kernels.tree import Function, Let, Node, Statement, Variable, number
-from controllers.kernels.types import BOOLEAN, INTEGER, REAL, Array, Line, Record, Scalar, Type, is_within_word
+from controllers.kernels.types import BOOLEAN, INTEGER, REAL, Array, Line, Record, Scalar, Symbols, Type, is_within_word
 
 ARITHMETIC: dict[type, tuple[str, Callable[[Any, Any], Any]]] = {
     ast.Mult: ("*", operator.mul),

@@ -1,16 +1,20 @@
-"""Compiled kernels: those that came with the package, and others, compiled when they are first asked for.
+"""Compiled kernels: those that came with the package, and others, compiled when they are first asked for and kept.
 
-So is the extension that calls them faster than ctypes.
+So is the extension that calls them faster than ctypes. Each file is named after what it was made of.
 """
 
+import atexit
 import ctypes
 import hashlib
 import os
 import pickle
+import shutil
+import stat
 import sys
 import sysconfig
 import tempfile
 import threading
+import time
 from collections import defaultdict
 from collections.abc import Callable, Hashable, Iterator, Mapping
 from contextlib import contextmanager, suppress
@@ -20,11 +24,78 @@ from importlib.util import module_from_spec, spec_from_loader
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from controllers.kernels.cache_directory import BUILT, cache_directory, clear_old
 from controllers.kernels.compiler import FLAGS, SUFFIX, NoCompiler, compile_files, compiler
 from controllers.kernels.entry import file_text, library_unit
 from controllers.kernels.record import Translation, translation
 from controllers.kernels.types import Type
+
+KEPT_DAYS = 30
+"""Days for which code is kept that nobody has asked for."""
+
+
+@cache
+def translator_key() -> str:
+    """Return a hash of the translation itself: what another one made is not used."""
+    digest = hashlib.sha256(sys.platform.encode())
+    for path in sorted(Path(__file__).parent.glob("*.[cp]*")):
+        digest.update(path.read_bytes())
+    return digest.hexdigest()[:16]
+
+
+BUILT = Path(__file__).parent / f"built-{translator_key()}"
+"""Where the compiled kernels are that came with the package, if any did."""
+
+
+@cache
+def cache_directory() -> Path:
+    """Return the directory of this translation, which is made where there is none."""
+    directory = _writable_root() / f"kernels-{translator_key()}"
+    directory.mkdir(parents=True, exist_ok=True)
+    os.utime(directory)
+    return directory
+
+
+def clear_old() -> None:
+    """Remove what nobody has used for :data:`KEPT_DAYS`."""
+    oldest = time.time() - KEPT_DAYS * 86400
+    for path in cache_directory().parent.glob("*"):
+        if path.stat().st_mtime < oldest:
+            shutil.rmtree(path, ignore_errors=True)
+    for path in cache_directory().iterdir():
+        with suppress(OSError):
+            if path.is_file() and path.stat().st_mtime < oldest:
+                path.unlink()
+
+
+def _writable_root() -> Path:
+    for root in _possible_roots():
+        try:
+            root.mkdir(parents=True, exist_ok=True, mode=0o700)
+            with tempfile.TemporaryFile(dir=root):
+                return root
+        except OSError:
+            continue
+    made = tempfile.mkdtemp(prefix="adaptive-ff-")
+    atexit.register(shutil.rmtree, made, ignore_errors=True)  # nobody would find it again
+    return Path(made)
+
+
+def _possible_roots() -> Iterator[Path]:
+    """Yield where the cache may be, the best place first; a container has no home, or none that it can write."""
+    base = os.environ.get("ADAPTIVE_FF_CACHE") or os.environ.get("XDG_CACHE_HOME")
+    if base:
+        yield Path(base) / "adaptive-ff"
+    with suppress(RuntimeError):  # neither HOME nor an entry of the user
+        yield Path.home() / ".cache" / "adaptive-ff"
+    # one for all processes of a user; compiled code is run, so it must not be another user's
+    user = os.getuid() if hasattr(os, "getuid") else 0
+    shared = Path(tempfile.gettempdir()) / f"adaptive-ff-{user}"
+    with suppress(OSError):
+        shared.mkdir(mode=0o700, exist_ok=True)
+        found = shared.lstat()
+        if stat.S_ISDIR(found.st_mode) and found.st_uid == user and not found.st_mode & 0o022:
+            yield shared
+
 
 STEPPER = Path(__file__).with_name("_stepper.c")
 EXTENSION_FLAGS = ["-std=c99", "-O2", "-fPIC", "-shared", "-fvisibility=hidden"]

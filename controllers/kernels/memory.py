@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from controllers.kernels.literals import c_name
+from controllers.kernels.text import c_name
 from controllers.kernels.types import Array, Line, Record, Scalar, Type
 
 NUMBERS = {"d": np.dtype(np.float64), "q": np.dtype(np.int64), "?": np.dtype(np.bool_)}

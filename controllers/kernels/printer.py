@@ -6,8 +6,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-from controllers.kernels.comments import WIDTH, comment_lines, described, summary, wrapped_code
-from controllers.kernels.literals import Precision, c_name
+from controllers.kernels.text import WIDTH, Precision, c_name, comment_lines, described, summary, wrapped_code
 from controllers.kernels.tree import Do, For, Function, Give, If, Let, Node, Statement, Variable, While
 from controllers.kernels.types import BOOLEAN, INTEGER, REAL, Array, Line, Record, Scalar, Type, passed_by_pointer
 

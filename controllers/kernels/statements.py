@@ -6,9 +6,8 @@ from collections import Counter
 from typing import Any
 
 from controllers.kernels.calls import Calls
-from controllers.kernels.comments import plain, section
 from controllers.kernels.expressions import ARITHMETIC
-from controllers.kernels.literals import c_name
+from controllers.kernels.text import c_name, plain, section
 from controllers.kernels.tree import Do, For, Function, Give, If, Let, Node, Statement, Variable, While, number
 from controllers.kernels.types import BOOLEAN, INTEGER, REAL, Array, Line, Record, Type, passed_by_pointer
 

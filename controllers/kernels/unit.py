@@ -6,14 +6,12 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from controllers.kernels.comments import comment_lines
-from controllers.kernels.literals import Precision, function_name
 from controllers.kernels.printer import Printer
 from controllers.kernels.sources import Kernel, read_kernel
 from controllers.kernels.statements import Statements
-from controllers.kernels.symbols import Symbols
+from controllers.kernels.text import Precision, comment_lines, function_name
 from controllers.kernels.tree import Function
-from controllers.kernels.types import Type
+from controllers.kernels.types import Symbols, Type
 
 Known = float | str | None
 """What is known of a number at translation: its value, ``natural`` where it is not negative, or nothing."""

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from benchmarks.cases import recorded
-from benchmarks.cases.drawn_logs import driven_case, make_case
-from benchmarks.cases.logs import repetition, run_driven
+from benchmarks.cases.logs import recorded
+from benchmarks.cases.logs.coverage import repetition, run_driven
+from benchmarks.cases.logs.drawn_logs import driven_case, make_case
+from benchmarks.cases.logs.recorded import DATA, JOBS
 from benchmarks.cases.other_joints import draw
-from benchmarks.cases.recorded import DATA, JOBS
 from benchmarks.running import run_case
 from benchmarks.suite import load_suite
 

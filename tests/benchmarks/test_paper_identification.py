@@ -3,7 +3,7 @@ import math
 
 import numpy as np
 import pytest
-from drawn_joints import FRICTION
+from stepped_joint import FRICTION
 
 from adaptive_ff.friction.model import ESTIMATED, TorqueModel
 from adaptive_ff.learning.batch import identify_series

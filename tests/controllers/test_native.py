@@ -14,8 +14,8 @@ from adaptive_ff.adaptive.controller import AdaptiveController
 from adaptive_ff.simulation.experiment import empty_record
 from adaptive_ff.simulation.loop import run_in_memory, run_plain, start_position
 from controllers import PI, ExtendedState
-from controllers.arguments import RULES
 from controllers.native import declined
+from controllers.registry import RULES
 
 
 def pi():

@@ -10,8 +10,8 @@ import sys
 from pathlib import Path
 
 import pytest
+from closed_loops import sampled
 from exports import printed
-from nightly import sampled
 
 from benchmarks.pages import ROOT, pages
 from docs import reference

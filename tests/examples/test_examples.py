@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from nightly import sampled
+from closed_loops import sampled
 
 from adaptive_ff import compare, export_controller, load_scenario, simulate
 from examples.sliding_mode import SlidingMode

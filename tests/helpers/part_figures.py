@@ -28,7 +28,7 @@ from adaptive_ff.replay.replay import replay_log
 from adaptive_ff.report.log_words import details, verdict_lines
 from adaptive_ff.simulation.metrics import rms
 from controllers.kernels.language import NotTranslatable
-from controllers.kernels.literals import DOUBLE, SINGLE
+from controllers.kernels.text import DOUBLE, SINGLE
 from controllers.kernels.types import type_of
 from controllers.kernels.unit import Unit
 from plant import CHANGE_JOINT, SCALE_JOINT, SENSED_VELOCITY, Joint, JointChange

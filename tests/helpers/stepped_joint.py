@@ -1,9 +1,53 @@
-"""Joints stepped by their kernel alone: with torques, or along a path that is forced upon them."""
+"""Joints: drawn at random, stepped by their kernel alone, and solved between events, without a time step."""
+
+import math
 
 import numpy as np
+from hypothesis import strategies as st
+from pydantic import ValidationError
+from scipy.integrate import solve_ivp
 
 from controllers import compiled, dispatched
 from plant import STEP_JOINT, Joint
+
+FRICTION = {"coulomb": 60.0, "stiction": 90.0, "viscous": 80.0, "stribeck_velocity": 0.05}
+"""The joint that all tests of steps share, beside its inertia of 20 kg m^2."""
+
+VELOCITY = st.just(0.0) | st.floats(-2.0, 2.0)
+TORQUE = st.floats(-300.0, 300.0)
+
+
+@st.composite
+def friction_fields(draw, least=0.0, shapes=(1.0, 1.5, 2.0)):
+    """Fields that every kind of joint has; ``least`` is the smallest Coulomb friction."""
+    coulomb, backward = draw(st.floats(least, 100.0)), draw(st.none() | st.floats(least, 100.0))
+    return {
+        "inertia": draw(st.floats(0.5, 100.0)),
+        "coulomb": coulomb,
+        "coulomb_backward": backward,
+        "stiction": max(coulomb, backward or 0.0) + draw(st.just(0.0) | st.floats(0.0, 100.0)),
+        "viscous": draw(st.floats(0.0, 100.0)),
+        "stribeck_velocity": draw(st.floats(0.01, 0.5)),
+        "stribeck_shape": draw(st.sampled_from(shapes)),
+        "offset": draw(st.just(0.0) | st.floats(-50.0, 50.0)),
+    }
+
+
+def accepted(model, fields, period=1e-3):
+    """A joint of some fields, with a solver period short enough for it."""
+    while True:
+        try:
+            return model(**fields, solver_period=period)
+        except ValidationError:
+            period *= 0.5
+
+
+def mirrored(step, joint, state, torque, period):
+    """The state after a step of the joint seen from the other side, as seen from this one: the step is odd."""
+    turned = joint._replace(friction=joint.backward, backward=joint.friction, offset=-joint.offset)
+    after = step(turned, type(state)(*(-value for value in state)), -torque, period)
+    return tuple(-value for value in after)
+
 
 step_joint = dispatched(STEP_JOINT)
 """One solver period of any joint, compiled or not."""
@@ -65,3 +109,68 @@ def along_paths(step, rest):
         return np.array(torques)
 
     return friction_along
+
+
+SMALLEST_ARC = 1e-8
+"""Bounces about rest that are slower than this (rad/s) are taken for rest."""
+
+
+def motion(joint, torque, slope, duration, times, velocity=0.0, friction=0.0):
+    """Velocity of a joint with lagged Stribeck friction at some times, from a velocity and a friction torque.
+
+    It is solved between its events by Runge-Kutta. By default it begins at rest without friction torque.
+
+    Parameters
+    ----------
+    joint : JointParameters
+        A joint with the same friction in both directions, without offset.
+    torque, slope : callable
+        Smooth torque over time, and its derivative.
+    duration : float
+        End, s.
+    times : ndarray
+        Times, s, ascending, within the duration.
+    """
+    f, lag, inertia = joint.friction, joint.friction_lag, joint.inertia
+    found = np.zeros_like(times)
+
+    def static(speed):
+        decay = math.exp(-((max(speed, 0.0) / f.stribeck_velocity) ** f.stribeck_shape))
+        return f.coulomb + (f.stiction - f.coulomb) * decay + f.viscous * speed
+
+    def needed(time):  # static friction that keeps the joint at rest, with the friction torque at its balance
+        return torque(time) + lag * slope(time)
+
+    def leaves(time, _):
+        return abs(needed(time)) - f.stiction
+
+    leaves.terminal, leaves.direction = True, 1.0
+    time, at_rest = 0.0, velocity == 0.0
+    while time < duration:
+        if at_rest and abs(needed(time)) < f.stiction:
+            wait = solve_ivp(lambda t, y: [0.0], (time, duration), [0.0], events=leaves, max_step=0.01)
+            time, velocity, friction = wait.t[-1], 0.0, torque(wait.t[-1])
+            if wait.status != 1:
+                break
+        drive = needed(time) if at_rest else torque(time) - friction
+        direction = math.copysign(1.0, velocity if velocity != 0.0 else drive)
+
+        def rates(t, y, direction=direction):
+            friction = direction * static(direction * y[0])
+            if lag == 0.0:
+                return [(torque(t) - friction) / inertia, 0.0]
+            return [(torque(t) - y[1]) / inertia, (friction - y[1]) / lag]
+
+        def reversal(t, y, begin=time, direction=direction):
+            return direction * y[0] if t > begin + 1e-12 else 1.0
+
+        reversal.terminal, reversal.direction = True, -1.0
+        tolerances = {"rtol": 1e-9, "atol": 1e-12, "max_step": 0.02}
+        arc = solve_ivp(rates, (time, duration), [velocity, friction], events=reversal, dense_output=True, **tolerances)
+        inside = (times >= time) & (times <= arc.t[-1])
+        if np.any(inside):
+            found[inside] = arc.sol(times[inside])[0]
+        time, friction, velocity = arc.t[-1], arc.y[1, -1], 0.0
+        small = np.max(np.abs(arc.y[0])) < SMALLEST_ARC
+        at_rest = abs(needed(time)) < f.stiction and (small or lag == 0.0)
+    return found

@@ -9,8 +9,7 @@ import math
 
 import numpy as np
 import pytest
-from event_driven import motion
-from stepped_joint import run
+from stepped_joint import motion, run
 
 from plant import JointParameters, JointState, Stribeck
 

@@ -2,11 +2,10 @@
 
 import numpy as np
 import pytest
-from drawn_joints import FRICTION, TORQUE, VELOCITY, accepted, friction_fields, mirrored
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
-from stepped_joint import along_paths, ends, run
+from stepped_joint import FRICTION, TORQUE, VELOCITY, accepted, along_paths, ends, friction_fields, mirrored, run
 
 import plant
 from plant.elasto_plastic import mobilised

@@ -2,8 +2,8 @@ import math
 import re
 
 import pytest
-from drawn_joints import FRICTION
 from pydantic import ValidationError
+from stepped_joint import FRICTION
 
 from plant import Joint, JointModel, JointState, step_joint, whole_multiple
 

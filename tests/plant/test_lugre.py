@@ -4,12 +4,11 @@ import math
 
 import numpy as np
 import pytest
-from drawn_joints import FRICTION, TORQUE, VELOCITY, accepted, friction_fields, mirrored
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydantic import ValidationError
 from scipy.integrate import solve_ivp
-from stepped_joint import ends, run
+from stepped_joint import FRICTION, TORQUE, VELOCITY, accepted, ends, friction_fields, mirrored, run
 
 from plant import LuGreJoint, LuGreState, initial_state, step_lugre
 from plant.lugre import steepest_fall_in_a_step

@@ -4,11 +4,10 @@ import math
 
 import numpy as np
 import pytest
-from drawn_joints import FRICTION, TORQUE, VELOCITY, accepted, friction_fields, mirrored
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
-from stepped_joint import along_paths, ends
+from stepped_joint import FRICTION, TORQUE, VELOCITY, accepted, along_paths, ends, friction_fields, mirrored
 
 from plant import MaxwellJoint, MaxwellState, RollingJoint, initial_state, sliding_friction, step_maxwell
 from plant.maxwell import KNOTS

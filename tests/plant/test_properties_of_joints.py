@@ -5,8 +5,8 @@ import math
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scenario_files import factor_of, in_other_units
 from test_kinds import MODELS, TORQUES
-from units import factor_of, in_other_units
 
 from plant import SENSED_VELOCITY, STEP_JOINT, initial_state
 

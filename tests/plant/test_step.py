@@ -3,11 +3,9 @@ from unittest.mock import patch
 
 import numpy as np
 import pytest
-from drawn_joints import mirrored
-from event_driven import motion
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
-from stepped_joint import run
+from stepped_joint import mirrored, motion, run
 
 from plant import JointParameters, JointState, Stribeck, initial_state, sliding, sliding_friction, step_joint
 from plant.friction import sliding_friction_and_slope

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from adaptive_ff.friction.model import ESTIMATED, PER_DIRECTION_WITH_GRAVITY
 from adaptive_ff.learning.kalman import LOOP
 from controllers import Inputs
-from controllers.triangle import unpacked
+from controllers.arrays import unpacked
 
 LIMIT, FASTEST = 400.0, 0.5
 

@@ -13,7 +13,7 @@ from adaptive_ff import PER_DIRECTION, simulate
 from adaptive_ff.adaptive.diagnosis import WARNINGS, Code
 from adaptive_ff.learning.kalman import LOOP
 from adaptive_ff.report.diagnosis import SENTENCES, sentence, sentences
-from controllers.triangle import packed
+from controllers.arrays import packed
 
 
 @pytest.fixture(scope="module")

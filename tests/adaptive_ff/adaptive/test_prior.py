@@ -10,7 +10,7 @@ from adaptive_ff import PER_DIRECTION_WITH_GRAVITY, WITH_OFFSET
 from adaptive_ff.adaptive.estimates import HELD, fill_slopes, write_physical
 from adaptive_ff.learning.kalman import LOOP
 from controllers import pi_gains
-from controllers.triangle import unpacked
+from controllers.arrays import unpacked
 
 PROPORTIONAL, _ = pi_gains(20.0, 10.0)
 UNIT, RESPONSE = 0.05 * PROPORTIONAL, 20.0 / PROPORTIONAL

@@ -5,8 +5,7 @@ import math
 
 import numpy as np
 import pytest
-from closed_loops import SCENARIO, build_setup, drive
-from plan_inputs import plan_inputs
+from closed_loops import SCENARIO, build_setup, drive, plan_inputs
 from scipy.integrate import solve_ivp
 
 from adaptive_ff.baselines.feedback_learning import FIRST, FeedbackErrorLearning, LearntFeedforward

@@ -4,10 +4,9 @@ import math
 from functools import cache
 
 import pytest
-from closed_loops import LINE_UP, make
+from closed_loops import BAD, LINE_UP, Learnt, is_finite, make
 from hypothesis import HealthCheck, Phase, example, given, settings
 from hypothesis import strategies as st
-from poisoned_runs import BAD, Learnt, is_finite
 
 from controllers import Inputs, feedback_state, planned_inputs
 

@@ -9,8 +9,19 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from closed_loops import LEARNING, LINE_UP, NAMES, SAMPLE, SCENARIO, drive, error_of, make, own_loop, setup_along
-from nightly import sampled
+from closed_loops import (
+    LEARNING,
+    LINE_UP,
+    NAMES,
+    SAMPLE,
+    SCENARIO,
+    drive,
+    error_of,
+    make,
+    own_loop,
+    sampled,
+    setup_along,
+)
 
 from adaptive_ff.comparison.registry import CONTROLLERS
 from adaptive_ff.comparison.run import simulate

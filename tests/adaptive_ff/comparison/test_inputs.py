@@ -4,8 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from closed_loops import SAMPLE, SCENARIO, build_setup, make
-from nightly import sampled
+from closed_loops import SAMPLE, SCENARIO, build_setup, make, sampled
 
 from adaptive_ff import JointGroup, load_scenario, simulate
 from adaptive_ff.comparison.registry import CONTROLLERS, FIXED

@@ -1,7 +1,7 @@
 """On a small fixed sample the adaptive controller is never worse than its own PI loop."""
 
 import pytest
-from nightly import sampled
+from closed_loops import sampled
 
 from adaptive_ff import load_scenario
 from adaptive_ff.studies.sweep import draw_scenario, fall_over_gain

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 from closed_loops import LEARNING, NAMES, SAMPLE, SCENARIO, make
-from units import in_other_units
+from scenario_files import in_other_units
 
 from adaptive_ff import parse_scenario
 from adaptive_ff.comparison.run import simulate

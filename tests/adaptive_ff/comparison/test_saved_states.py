@@ -6,9 +6,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from closed_loops import LINE_UP, SCENARIO, build_setup, drive, make, own_loop
-from nightly import sampled
-from poisoned_runs import is_finite
+from closed_loops import LINE_UP, SCENARIO, build_setup, drive, is_finite, make, own_loop, sampled
 
 from adaptive_ff import AdaptiveController
 from controllers import PI, pi_gains

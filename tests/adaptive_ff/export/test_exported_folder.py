@@ -4,8 +4,8 @@ import shutil
 import subprocess
 
 import pytest
+from closed_loops import sampled
 from exports import SIZES, WARNINGS, adaptive, compiled, inputs, made, needs_gcc, printed, steps_in_python
-from nightly import sampled
 
 from adaptive_ff import export_controller, load_scenario
 from adaptive_ff.comparison.registry import CONTROLLERS

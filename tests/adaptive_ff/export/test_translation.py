@@ -4,10 +4,9 @@ import functools
 
 import numpy as np
 import pytest
-from closed_loops import NAMES, SCENARIO
+from closed_loops import NAMES, SCENARIO, sampled
 from exports import DELAYED, WARNINGS, adaptive, compiled, made, needs_gcc
 from kernels_from_text import from_text
-from nightly import sampled
 
 from adaptive_ff.comparison.own import Foreign
 from adaptive_ff.export.errors import NotExportable
@@ -15,7 +14,7 @@ from adaptive_ff.export.export import Export
 from adaptive_ff.export.source import source
 from controllers import STEPS
 from controllers.kernels.language import NotTranslatable
-from controllers.kernels.literals import DOUBLE
+from controllers.kernels.text import DOUBLE
 from controllers.kernels.types import type_of
 from controllers.kernels.unit import Unit
 

@@ -3,10 +3,9 @@ import math
 
 import numpy as np
 import pytest
-from closed_loops import SCENARIO, drive, make, setup_along
+from closed_loops import SCENARIO, drive, make, plan_inputs, setup_along
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from plan_inputs import plan_inputs
 from scipy.integrate import solve_ivp
 
 from adaptive_ff.friction.feedforward import (

@@ -9,7 +9,7 @@ import math
 
 import numpy as np
 import pytest
-from plan_inputs import plan_inputs
+from closed_loops import plan_inputs
 from scipy.integrate import solve_ivp
 
 from adaptive_ff.friction.feedforward import FeedforwardState, step_feedforward

@@ -20,7 +20,7 @@ from adaptive_ff.learning.kalman import (
     update_in_place,
 )
 from adaptive_ff.learning.rls import RLSState, update_rls_in_place
-from controllers.triangle import packed, unpacked
+from controllers.arrays import packed, unpacked
 
 SEEDS = st.integers(0, 10**6)
 

@@ -9,7 +9,7 @@ from unittest.mock import patch
 
 import pytest
 
-from controllers.kernels import cache_directory as MODULE
+from controllers.kernels import library as MODULE
 
 
 @pytest.fixture

@@ -9,9 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from kernels_from_text import from_text
 
-from controllers.kernels.comments import comment_lines, wrapped_code
 from controllers.kernels.language import NotTranslatable
-from controllers.kernels.literals import DOUBLE, LARGEST_SINGLE, SINGLE, SMALLEST_SINGLE
+from controllers.kernels.text import DOUBLE, LARGEST_SINGLE, SINGLE, SMALLEST_SINGLE, comment_lines, wrapped_code
 from controllers.kernels.types import type_of
 from controllers.kernels.unit import Unit
 

@@ -14,7 +14,7 @@ from adaptive_ff.identify.identification import identify_log
 from adaptive_ff.identify.result import UNUSABLE
 from adaptive_ff.logs.log import Log
 from adaptive_ff.studies.study import Found
-from benchmarks.cases.drawn_logs import TERMS, driven_case, make_case
+from benchmarks.cases.logs.drawn_logs import TERMS, driven_case, make_case
 from benchmarks.suite import seeded
 
 NAMES = ("inertia", "coulomb", "viscous")

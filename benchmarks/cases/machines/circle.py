@@ -9,7 +9,7 @@ import numpy as np
 
 from adaptive_ff.simulation.tracking_errors import figures_of, tracking_errors
 from adaptive_ff.studies.study import Found
-from benchmarks.cases.robots import Array, Plan, Setup, drive, make_machine
+from benchmarks.cases.machines.robots import Array, Plan, Setup, drive, make_machine
 from benchmarks.suite import seeded
 
 LINKS = 0.6, 0.5  # m

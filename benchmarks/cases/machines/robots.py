@@ -62,7 +62,7 @@ class Machine(NamedTuple):
     inertia: Array
 
 
-MACHINES = Path(__file__).parent / "machines"  # their axes, ``axes.toml``, and bodies, NAME.xml
+MACHINES = Path(__file__).parent  # their axes, ``axes.toml``, and bodies, NAME.xml
 KINDS = {
     name: [Axis(**axis) for axis in axes]
     for name, axes in tomllib.loads((MACHINES / "axes.toml").read_text(encoding="utf-8")).items()

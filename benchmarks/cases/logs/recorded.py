@@ -49,7 +49,7 @@ def closed_loop(found: LogIdentification, log: Log) -> dict[str, float]:
     return {name: errors[name] / errors["adaptive"] for name in COMPARED[:-1]}
 
 
-DATA = Path(__file__).resolve().parents[3] / "shared" / "data"
+DATA = Path(__file__).resolve().parents[4] / "shared" / "data"
 
 MACHINES: dict[str, dict[str, Any]] = tomllib.loads(Path(__file__).with_suffix(".toml").read_text(encoding="utf-8"))
 """Tables of the machines by name."""

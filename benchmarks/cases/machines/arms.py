@@ -12,7 +12,7 @@ import numpy as np
 from adaptive_ff.simulation.tracking_errors import TrackingErrors, figures_of, tracking_errors
 from adaptive_ff.studies.study import Found
 from benchmarks.cases.holding import HOLDING, SETTLING, at_rest, rest_figures
-from benchmarks.cases.robots import KINDS, Array, Setup, drive, make_machine, moves, multisines, then_rest
+from benchmarks.cases.machines.robots import KINDS, Array, Setup, drive, make_machine, moves, multisines, then_rest
 from benchmarks.suite import Rows, seeded
 
 FRICTIONS = ("coulomb", "LuGre")

@@ -1,0 +1,1 @@
+"""Identification of logs: synthetic ones, and those of recorded machines."""
