@@ -1,12 +1,30 @@
-"""Processes that work for a command, and end when it does."""
+"""Threads and processes that work for a command, and end when it does."""
 
 import multiprocessing
 import os
 import signal
+import sys
 import threading
 from collections.abc import Callable
-from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from multiprocessing.connection import wait
+
+TURN = 1e-5
+"""How long a thread may keep the interpreter when another wants it, s: a compiled run should not wait for 5 ms."""
+
+
+class Threads(ThreadPoolExecutor):
+    """Threads, by default one for each processor, for what is compiled for most of the time."""
+
+    def __init__(self, workers: int | None = None) -> None:
+        super().__init__(workers or os.cpu_count())
+        self._before = sys.getswitchinterval()
+        sys.setswitchinterval(TURN)
+
+    def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
+        """End when what runs has ended."""
+        super().shutdown(wait, cancel_futures=cancel_futures)
+        sys.setswitchinterval(self._before)
 
 
 def pool_of_workers(workers: int | None = None) -> ProcessPoolExecutor:

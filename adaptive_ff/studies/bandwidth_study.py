@@ -156,7 +156,7 @@ def study_bandwidths(
         )
     trials = {f"{bandwidth}, {seed}": (bandwidth, seed) for bandwidth in tried for seed in tuning_seeds}
     count, runs = len(trials), len(trials) + len(reported_seeds)
-    run = partial(run_study, controllers=names, workers=workers)
+    run = partial(run_study, controllers=names, workers=workers, threads=True)
     found = run(partial(_trial, scenario, load), trials, progress=part_of_progress(progress, 0, runs, count))
     own: dict[str, OwnBandwidth] = {}
     for name in names:

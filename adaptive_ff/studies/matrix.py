@@ -90,6 +90,7 @@ def run_matrix(
         store=Store(folder / "runs.jsonl", code_digest(), own_marks(own)),
         executor=executor,
         workers=workers_for(own),
+        threads=not own,
         progress=progress,
     )
     return {job: {name: found[keys[job]][name] for name in (*controllers, *own)} for job in jobs}

@@ -10,7 +10,8 @@ from pathlib import Path
 from typing import Any
 
 from adaptive_ff.errors import InputError
-from adaptive_ff.workers import pool_of_workers
+from adaptive_ff.workers import Threads, pool_of_workers
+from controllers.compiled import compiles
 
 Found = dict[str, Any]  # result of a case by controller, as JSON holds it
 Function = Callable[[Any, list[str]], Found]  # results under further names belong to the case as a whole
@@ -24,12 +25,14 @@ def run_study(
     store: "Store | None" = None,
     executor: Executor | None = None,
     workers: int | None = None,
+    threads: bool = False,
     progress: Callable[[float], None] | None = None,
 ) -> dict[str, Found]:
     """Run controllers on cases, here or by an executor such as that of a cluster; results by case and controller.
 
-    The function and the cases must be picklable where other processes do it. The keys of the cases are unique and stay
-    the same from one call to the next: what the store holds is not run again. One worker is this process.
+    Workers are ``threads`` for a function that is compiled for most of its time, where there is a compiler, else
+    processes, to which function and cases must be picklable. The keys of the cases are unique and stay the same from
+    one call to the next: what the store holds is not run again. One worker is this process.
     """
     results: dict[str, Found] = {key: {} if store is None else store.read(key, controllers) for key in cases}
     missing = {key: [name for name in controllers if name not in found] for key, found in results.items()}
@@ -51,7 +54,8 @@ def run_study(
     others = list(missing)[alone:]
     if not others:
         return results
-    pool = pool_of_workers(workers) if executor is None else executor
+    made = Threads if threads and compiles() else pool_of_workers
+    pool = made(workers) if executor is None else executor
     try:
         futures = {pool.submit(function, cases[key], missing[key]): key for key in others}
         for future in as_completed(futures):

@@ -193,6 +193,7 @@ def sweep(
         store=store,
         executor=executor,
         workers=workers_for(own),
+        threads=not own,
         progress=progress,
     )
     metrics = {

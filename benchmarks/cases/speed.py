@@ -33,7 +33,7 @@ from benchmarks.suite import Rows, seeded
 CALLS = 50_000  # steps that are timed of a single controller; a tenth of them of a group
 JOINTS = (1, 6, 24)  # sizes of groups
 ROWS = 200_000  # rows of the log that is read
-DRAWS = 100  # joints of the sweep
+DRAWS = 1000  # joints of the sweep
 
 CACHES = ("MPLCONFIGDIR", "XDG_CACHE_HOME", "ADAPTIVE_FF_CACHE")  # variables of where caches are
 ROOT = Path(__file__).resolve().parents[2]
@@ -171,10 +171,10 @@ AdaptiveController(1200.0, 5000.0, 0.01, **joint).step(0.1, 0.0)
 
 
 def sweeping() -> dict[str, float]:
-    """Time a sweep of joints with one worker and two."""
+    """Time a sweep of joints in one thread and in two."""
     draw, names = partial(run_draw, load_scenario(), 1, {}), ["pi", "oracle", "adaptive"]
     cases = {str(number): number for number in range(DRAWS)}
-    sweep = partial(run_study, draw, cases, names)
+    sweep = partial(run_study, draw, cases, names, threads=True)
     times = in_turn({"one": lambda _: sweep(workers=1), "two": lambda _: sweep(workers=2)}, 3)
     one, two = (times[name]["median"] for name in ("one", "two"))
     return {"one": one, "two": two, "ratio": two / one}

@@ -51,7 +51,7 @@ class Memory:
         self._template = value  # keeps the arrays alive, too
         words: list[Any] = []
         self._arrays: dict[tuple[int, ...], np.ndarray[Any, Any]] = {}
-        _spread(value, words, self._arrays)
+        _spread(value if isinstance(value, tuple) else (value,), words, self._arrays)
         try:
             self._format.pack_into(self._buffer, 0, *words)
         except struct.error:
@@ -63,13 +63,17 @@ class Memory:
         return _rebuilt(self._template, iter(self._format.unpack_from(self._buffer)), other._arrays)
 
 
+NESTED = (tuple, np.ndarray)
+"""What is no number; a number is not worth a call of its own."""
+
+
 def structure(value: Any) -> Hashable:
     """Return what the layout of a value and its types in compiled code depend on, not its numbers."""
     if isinstance(value, tuple):
-        return (type(value), *map(structure, value))
+        return (type(value), *[structure(item) if isinstance(item, NESTED) else type(item) for item in value])
     if isinstance(value, np.ndarray):
         return (value.dtype, value.ndim, value.flags.num)
-    return (type(value),)
+    return type(value)
 
 
 _FORMS: dict[Hashable, tuple[int, struct.Struct]] = {}
@@ -109,22 +113,22 @@ def _format(value: Any) -> str:
     return "q" * (1 + value.ndim) if isinstance(value, np.ndarray) else _number(value)
 
 
-def _spread(value: Any, words: list[Any], arrays: dict[tuple[int, ...], np.ndarray[Any, Any]]) -> None:
+def _spread(values: tuple[Any, ...], words: list[Any], arrays: dict[tuple[int, ...], np.ndarray[Any, Any]]) -> None:
     """Append numbers, and places and shapes of arrays, in order; collect the arrays by these."""
-    if isinstance(value, tuple):
-        for item in value:
+    for item in values:
+        if isinstance(item, tuple):
             _spread(item, words, arrays)
-    elif isinstance(value, np.ndarray):
-        place = (value.ctypes.data, *value.shape)
-        words += place
-        arrays[place] = value
-    else:
-        words.append(value)
+        elif isinstance(item, np.ndarray):
+            place = (item.ctypes.data, *item.shape)
+            words += place
+            arrays[place] = item
+        else:
+            words.append(item)
 
 
 def _rebuilt(template: Any, words: Iterator[Any], arrays: dict[tuple[int, ...], Any]) -> Any:
     if isinstance(template, tuple):
-        items = [_rebuilt(item, words, arrays) for item in template]
+        items = [_rebuilt(item, words, arrays) if isinstance(item, NESTED) else next(words) for item in template]
         return type(template)(*items) if hasattr(template, "_fields") else tuple(items)
     if isinstance(template, np.ndarray):
         return arrays[tuple(next(words) for _ in range(1 + template.ndim))]

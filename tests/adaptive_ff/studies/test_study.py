@@ -1,11 +1,13 @@
 """The engine: what runs, what is kept, and where it runs."""
 
 import os
+import sys
 import threading
 
 import pytest
 
 from adaptive_ff.errors import InputError
+from adaptive_ff.studies import study
 from adaptive_ff.studies.study import Store, run_study
 
 CASES = {f"case {number}": number for number in range(4)}
@@ -91,4 +93,23 @@ def process(case, names):
 
 def test_two_workers_are_processes_that_run_all_but_the_first():
     found = run_study(process, CASES, ["pi"], workers=2)
+    assert [one[""] == os.getpid() for one in found.values()] == [True, False, False, False]
+
+
+def test_workers_of_what_is_compiled_are_threads_that_take_short_turns():
+    def thread(case, names):
+        return {"": (threading.get_ident(), sys.getswitchinterval()), **dict.fromkeys(names, 0)}
+
+    before = sys.getswitchinterval()
+    found = run_study(thread, CASES, ["pi"], workers=2, threads=True)
+    (here, first), *others = (one[""] for one in found.values())
+    assert (here, first) == (threading.get_ident(), before)
+    assert max(turn for _, turn in others) == pytest.approx(1e-5)
+    assert here not in {ident for ident, _ in others}
+    assert sys.getswitchinterval() == before
+
+
+def test_without_a_compiler_workers_are_processes(monkeypatch):
+    monkeypatch.setattr(study, "compiles", lambda: False)
+    found = run_study(process, CASES, ["pi"], workers=2, threads=True)
     assert [one[""] == os.getpid() for one in found.values()] == [True, False, False, False]
