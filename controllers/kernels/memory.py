@@ -73,7 +73,7 @@ def structure(value: Any) -> Hashable:
         return (type(value), *[structure(item) if isinstance(item, NESTED) else type(item) for item in value])
     if isinstance(value, np.ndarray):
         return (value.dtype, value.ndim, value.flags.num)
-    return type(value)
+    return (type(value),)
 
 
 _FORMS: dict[Hashable, tuple[int, struct.Struct]] = {}
