@@ -34,11 +34,7 @@ class Inputs(NamedTuple):
 
 
 def planned_inputs(
-    reference: float,
-    velocity: float,
-    next_reference: float,
-    realised_torque: float,
-    dt: float,
+    reference: float, velocity: float, next_reference: float, realised_torque: float, dt: float
 ) -> Inputs:
     """Return the inputs along a plan without an outer loop, with no known torque, position or given inertia.
 

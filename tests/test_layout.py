@@ -21,6 +21,11 @@ def test_every_folder_of_tests_is_that_of_a_package():
     assert [str(folder) for folder in folders if not (ROOT / folder).is_dir()] == []
 
 
+def test_no_folder_holds_more_than_sixteen_files_of_python():
+    folders = Counter(path.parent for place in (*PACKAGES, "tests") for path in (ROOT / place).rglob("*.py"))
+    assert [folder for folder, count in folders.items() if count > 16] == []
+
+
 def test_no_two_files_of_tests_have_one_name():
     names = Counter(path.name for path in (ROOT / "tests").rglob("*.py") if path.name != "__init__.py")
     assert [name for name, count in names.items() if count > 1] == []

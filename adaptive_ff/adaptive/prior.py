@@ -258,10 +258,7 @@ def _by_name(model: Any) -> dict[str, float]:
 
 
 def checked_deviations(
-    names: Sequence[str],
-    known: Mapping[str, float],
-    deviation: float | Mapping[str, float],
-    units: Mapping[str, float],
+    names: Sequence[str], known: Mapping[str, float], deviation: float | Mapping[str, float], units: Mapping[str, float]
 ) -> dict[str, float]:
     """Return the standard deviation of each value of a model; ``units`` hold where nothing is said."""
     if isinstance(deviation, Mapping):

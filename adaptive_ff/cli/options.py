@@ -165,16 +165,13 @@ OwnControllers = Annotated[
     ),
 ]
 Scheduler = Annotated[
-    str | None,
-    typer.Option(help="Address of a Dask scheduler, such as tcp://host:8786, whose workers do the runs."),
+    str | None, typer.Option(help="Address of a Dask scheduler, such as tcp://host:8786, whose workers do the runs.")
 ]
 TorqueDelay = Annotated[
-    float | None,
-    typer.Option(help="Time after its stamp at which a torque acts, s; half a period where it is held."),
+    float | None, typer.Option(help="Time after its stamp at which a torque acts, s; half a period where it is held.")
 ]
 TorqueConstant = Annotated[
-    float | None,
-    typer.Option(help="Torque by current, N m/A (N/A), where the column of the torque is a current in A."),
+    float | None, typer.Option(help="Torque by current, N m/A (N/A), where the column of the torque is a current in A.")
 ]
 KnownTorque = Annotated[
     str | None, typer.Option(help="Column of a torque that is known (gravity, coupling), N m; it is subtracted.")

@@ -27,12 +27,7 @@ class TrackingBaseline:
         self.path, self._config = path, config
 
     def check(
-        self,
-        comparison: "Comparison",
-        tolerance: "Tolerance | None" = None,
-        *,
-        name: str | None = None,
-        **guarded: Any,
+        self, comparison: "Comparison", tolerance: "Tolerance | None" = None, *, name: str | None = None, **guarded: Any
     ) -> None:
         """Fail where tracking got worse than in the stored baseline; with the option, store it anew.
 

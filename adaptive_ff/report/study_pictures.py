@@ -94,10 +94,7 @@ def plot_bandwidths(study: BandwidthStudy) -> Figure:
     if np.any(noise > 0.0):
         curves.append((bandwidths, factor * noise, NOISE))
     margin = [(bandwidths, np.array([loop.maximum_sensitivity for loop in study.loops]), MARGIN)]
-    panels = [
-        Panel(f"settled rms error ({speed}); dots: recommended", curves),
-        Panel("maximum sensitivity", margin),
-    ]
+    panels = [Panel(f"settled rms error ({speed}); dots: recommended", curves), Panel("maximum sensitivity", margin)]
     feedback = study.scenario.feedback
     given: list[tuple[float, Look]] = (
         [] if feedback.is_auto or not np.isfinite(feedback.hertz) else [(feedback.hertz, GIVEN)]

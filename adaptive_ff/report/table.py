@@ -124,11 +124,7 @@ class Table:
 
 
 def table(
-    title: str,
-    rows: Iterable[Sequence[Cell]],
-    columns: Columns,
-    *,
-    styles: Mapping[str, str] | None = None,
+    title: str, rows: Iterable[Sequence[Cell]], columns: Columns, *, styles: Mapping[str, str] | None = None
 ) -> Table:
     """Return a table of numbers in units that are fit to read: columns of one unit have one prefix.
 

@@ -104,11 +104,7 @@ def ratios(base: TrackingErrors, own: TrackingErrors) -> dict[str, float]:
     """
     least = LEAST_OF_MEDIAN * float(np.median(base.windows))
     windows = (_over(mine, max(theirs, least)) for mine, theirs in zip(own.windows, base.windows, strict=True))
-    found = {
-        "settled": _over(base.settled, own.settled),
-        "window": max(windows),
-        "start": _over(own.start, base.start),
-    }
+    found = {"settled": _over(base.settled, own.settled), "window": max(windows), "start": _over(own.start, base.start)}
     if base.after:
         after = [_over(mine, theirs) for mine, theirs in zip(own.after, base.after, strict=True)]
         found["after"] = math.prod(after) ** (1.0 / len(after))

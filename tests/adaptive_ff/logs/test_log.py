@@ -77,8 +77,7 @@ def write_matlab_5(path, **arrays):
 
 @pytest.mark.parametrize("transposed", [False, True])
 @pytest.mark.parametrize(
-    ("ending", "write"),
-    [("npz", np.savez), ("mat", write_matlab_5), ("mat", write_matlab_73), ("h5", write_hdf5)],
+    ("ending", "write"), [("npz", np.savez), ("mat", write_matlab_5), ("mat", write_matlab_73), ("h5", write_hdf5)]
 )
 def test_series_of_a_table_is_picked_by_its_number(ending, write, transposed, tmp_path):
     path = tmp_path / f"table.{ending}"

@@ -91,8 +91,10 @@ def process(case, names):
     return {"": os.getpid(), **dict.fromkeys(names, 0)}
 
 
-def test_two_workers_are_processes_that_run_all_but_the_first():
-    found = run_study(process, CASES, ["pi"], workers=2)
+@pytest.mark.parametrize("compiled", [True, False])
+def test_two_workers_of_what_is_not_compiled_are_processes_that_run_all_but_the_first(compiled, monkeypatch):
+    monkeypatch.setattr(study, "compiles", lambda: compiled)
+    found = run_study(process, CASES, ["pi"], workers=2, threads=not compiled)
     assert [one[""] == os.getpid() for one in found.values()] == [True, False, False, False]
 
 
@@ -107,9 +109,3 @@ def test_workers_of_what_is_compiled_are_threads_that_take_short_turns():
     assert max(turn for _, turn in others) == pytest.approx(1e-5)
     assert here not in {ident for ident, _ in others}
     assert sys.getswitchinterval() == before
-
-
-def test_without_a_compiler_workers_are_processes(monkeypatch):
-    monkeypatch.setattr(study, "compiles", lambda: False)
-    found = run_study(process, CASES, ["pi"], workers=2, threads=True)
-    assert [one[""] == os.getpid() for one in found.values()] == [True, False, False, False]
