@@ -15,6 +15,7 @@ import textwrap
 import tomllib
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from types import CodeType, FunctionType
 from typing import Any, NamedTuple
@@ -103,7 +104,7 @@ class Mutant:
         return self.name, self.before, self.after
 
     def _spot(self) -> Spot:
-        return spots_in(syntax(self.function))[self.place]
+        return _original_spots(self.function)[self.place]
 
     def _changed(self) -> tuple[ast.FunctionDef, Spot]:
         tree = syntax(self.function)
@@ -129,8 +130,21 @@ class Mutant:
         return "".join(every)
 
 
+@cache
+def _source(function: FunctionType) -> tuple[str, int]:
+    """Return the text of a function and the line that it begins in."""
+    lines, first = inspect.getsourcelines(function)
+    return textwrap.dedent("".join(lines)), first
+
+
+@cache
+def _original_spots(function: FunctionType) -> list[Spot]:
+    """Return all nodes of the body of a function, not to be changed."""
+    return spots_in(syntax(function))
+
+
 def _parsed(function: FunctionType) -> ast.FunctionDef:
-    tree = ast.parse(textwrap.dedent("".join(inspect.getsourcelines(function)[0]))).body[0]
+    tree = ast.parse(_source(function)[0]).body[0]
     assert isinstance(tree, ast.FunctionDef)
     return tree
 
@@ -138,7 +152,7 @@ def _parsed(function: FunctionType) -> ast.FunctionDef:
 def syntax(function: FunctionType) -> ast.FunctionDef:
     """Return the syntax tree of a function, without decorators, with the line numbers of its file."""
     tree = _parsed(function)
-    ast.increment_lineno(tree, inspect.getsourcelines(function)[1] - 1)
+    ast.increment_lineno(tree, _source(function)[1] - 1)
     tree.decorator_list = []
     return tree
 
