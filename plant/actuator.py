@@ -106,8 +106,8 @@ class Actuator(Table):
     def _check_resolution(self) -> Self:
         if self.torque_limit is not None and self.torque_resolution > self.torque_limit:
             raise ValueError(
-                f"torque_resolution = {self.torque_resolution:g} N m is not allowed: it must be at most "
-                f"torque_limit = {self.torque_limit:g} N m"
+                f"torque_resolution = {self.torque_resolution:g} is not allowed: it must be at most "
+                f"torque_limit = {self.torque_limit:g}"
             )
         return self
 

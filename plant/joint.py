@@ -94,7 +94,7 @@ class FrictionFields(Table):
         for curve, ending in self.curves:
             if curve.stiction < curve.coulomb:
                 raise ValueError(
-                    f"stiction{ending} = {curve.stiction:g} N m is less than coulomb{ending} = {curve.coulomb:g} N m; "
+                    f"stiction{ending} = {curve.stiction:g} is less than coulomb{ending} = {curve.coulomb:g}; "
                     f"stiction{ending} must be at least coulomb{ending}"
                 )
         self.check_kind()
@@ -180,7 +180,7 @@ def check_coulomb(joint: FrictionFields) -> None:
     for curve, ending in joint.curves:
         if curve.coulomb == 0.0:
             raise ValueError(
-                f"coulomb{ending} = 0 N m is not allowed for a joint of the kind {joint.kind!r}: it must be positive"
+                f"coulomb{ending} = 0 is not allowed for a joint of the kind {joint.kind!r}: it must be positive"
             )
 
 

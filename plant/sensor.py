@@ -59,12 +59,12 @@ class Sensor(Table):
     def _check_choice(self) -> Self:
         if self.encoder_resolution is not None and self.velocity_noise > 0.0:
             raise ValueError(
-                f"velocity_noise = {self.velocity_noise:g} rad/s is not allowed beside encoder_resolution: an encoder "
+                f"velocity_noise = {self.velocity_noise:g} is not allowed beside encoder_resolution: an encoder "
                 "has no velocity; leave one of them out"
             )
         if self.encoder_resolution is not None and self.leap > 0.0:
             raise ValueError(
-                f"leap = {self.leap:g} rad/s is not allowed beside encoder_resolution: an encoder has no velocity"
+                f"leap = {self.leap:g} is not allowed beside encoder_resolution: an encoder has no velocity"
             )
         for name in ("leap", "held"):
             size, often = getattr(self, name), getattr(self, f"{name}_share")

@@ -77,6 +77,7 @@ def identify_command(
     """Identify inertia and friction of a joint from a recorded log."""
     from adaptive_ff.identify.simulators import ENDINGS
     from adaptive_ff.report.log_pictures import PICTURES
+    from adaptive_ff.report.log_words import next_step
 
     simulators = named_parts(write, tuple(ENDINGS), "--write {name} is not known; allowed: {known}")
     constant, linear = columns.torque_constant, regression.linear
@@ -88,16 +89,22 @@ def identify_command(
             found = adaptive_ff.identify_log(
                 given, validation=other, is_current=taken.is_current, **vars(regression), **over_position.arguments()
             )
-        refused = _write_scenario(found, results.stage)
-        for name in simulators:
-            (results.stage / ENDINGS[name]).write_text(found.simulator(name), encoding="utf-8")
+        refused, files = _write_scenario(found, results.stage), dict[str, str]()
+        unwritten = [] if refused is None else [f"No scenario is written: {refused}{_left_behind(output.out)}"]
+        try:
+            files = {ENDINGS[name]: found.simulator(name) for name in simulators}
+        except InputError as error:
+            unwritten.append(f"No {', '.join(ENDINGS[name] for name in simulators)} is written: {error}")
+        for name, text in files.items():
+            (results.stage / name).write_text(text, encoding="utf-8")
         result = {**found.to_dict(), "columns": taken.columns, "scenario": SCENARIO if refused is None else None}
         page = {} if refused else {SCENARIO: (results.stage / SCENARIO).read_text(encoding="utf-8")}
-        shown = _shown(found, taken.sentence, refused, output.out, details=details)
+        step = next_step(found, str(output.out), written=refused is None, simulated=bool(files))
+        shown = _shown(found, taken.sentence, [*unwritten, step], details=details)
         title = f"Joint identified from {log}"
         results.write("identification.json", result, shown, found.plot(None), title=title, details=page, series=found)
         made = ["Plots", "identification.json", *([] if refused else [SCENARIO, REFERENCE])]
-        results.shown.append(f"{', '.join([*made, *(ENDINGS[name] for name in simulators)])} are in {output.out}")
+        results.shown.append(f"{', '.join([*made, *files])} are in {output.out}")
         results.left_behind(PICTURES, [])
     warn(
         [*found.cautions, *_of_voltage(constant, resistance, voltage, linear), *([] if refused else _of_current(found))]
@@ -124,16 +131,13 @@ def _write_scenario(found: "LogIdentification", stage: Path) -> str | None:
     return None
 
 
-def _shown(found: "LogIdentification", columns: str, refused: str | None, out: Path, *, details: bool) -> list[Any]:
+def _shown(found: "LogIdentification", columns: str, sentences: list[str], *, details: bool) -> list[Any]:
     from adaptive_ff.report.log_words import details as explained
-    from adaptive_ff.report.log_words import map_table, next_step, parameters_table, verdict_lines
+    from adaptive_ff.report.log_words import map_table, parameters_table, verdict_lines
     from adaptive_ff.report.tables import present
 
-    unwritten = [] if refused is None else [f"No scenario is written: {refused}{_left_behind(out)}"]
     tables = present(parameters_table(found), map_table(found))
-    step = next_step(found, str(out), written=refused is None)
-    further = explained(found) if details else []
-    return [*tables, columns, *verdict_lines(found), *unwritten, step, *further]
+    return [*tables, columns, *verdict_lines(found), *sentences, *(explained(found) if details else [])]
 
 
 def _left_behind(out: Path) -> str:

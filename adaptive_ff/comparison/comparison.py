@@ -23,7 +23,7 @@ from adaptive_ff.errors import checked_path
 from adaptive_ff.files import write_result
 from adaptive_ff.reported import WORTH, Reported
 from adaptive_ff.scenario.axis_units import axis_unit
-from adaptive_ff.scenario.loop import TREMBLING
+from adaptive_ff.scenario.loop import TREMBLING, falls_too_steeply
 from adaptive_ff.scenario.scenario import Scenario, check_scenario, load_scenario
 from adaptive_ff.simulation.experiment import build_setup
 from adaptive_ff.simulation.metrics import settled_start
@@ -82,7 +82,8 @@ class Comparison(Reported):
         found: list[str] = []
         speed, force = (axis_unit(self.scenario.joint.axis, unit) for unit in ("mrad/s", "N m"))
         settled = {name: 1e3 * run.metrics.rms_error_settled for name, run in self.runs.items()}
-        if {BASELINE, ORACLE} <= settled.keys() and settled[ORACLE] > NO_GAIN * settled[BASELINE] > 0.0:
+        lost = {BASELINE, ORACLE} <= settled.keys() and settled[ORACLE] > NO_GAIN * settled[BASELINE] > 0.0
+        if lost and self.scenario.velocity_noise > 0.0 and not falls_too_steeply(self.runs[BASELINE].scenario):
             found.append(
                 f"{ORACLE}, which is fed the true friction, settles at {settled[ORACLE]:.3g} {speed}, {BASELINE} at "
                 f"{settled[BASELINE]:.3g}: noise of the measurement dominates, not friction; a slower loop "
@@ -130,7 +131,7 @@ class Comparison(Reported):
     def __repr__(self) -> str:
         """Return the settled errors in one line."""
         settled = ", ".join(f"{name} {run.metrics.rms_error_settled:.3g}" for name, run in self.runs.items())
-        return f"Comparison(settled rms error, rad/s: {settled})"
+        return f"Comparison(settled rms error, {axis_unit(self.scenario.joint.axis, 'rad/s')}: {settled})"
 
     def _repr_html_(self) -> str:
         """Return tables and pictures for a notebook."""

@@ -120,7 +120,10 @@ def own_controller(controller: Any) -> Foreign:
 
 def step_own(parameters: Foreign, inputs: list[float]) -> tuple[float, float]:
     """Do one sample of a user's controller, given Python's numbers; return torque and feedforward, N m."""
-    torque = parameters.call(*inputs)
+    try:
+        torque = parameters.call(*inputs)
+    except SystemExit as error:  # a program that ends itself must not end this one without a word
+        raise InputError(f"{_name(parameters.controller)} ends the program: SystemExit: {error}") from error
     value = _number(torque)
     if not math.isfinite(value):
         name = _name(parameters.controller)
@@ -271,10 +274,17 @@ def check_own_names(own: Mapping[str, Own], taken: Mapping[str, Any]) -> None:
 
 
 def own_marks(own: Mapping[str, Own]) -> dict[str, str | None]:
-    """Return what identifies own controllers from one call to the next: their files; None for a living object."""
-    files = {name: Path(one.rpartition(":")[0]) for name, one in own.items() if isinstance(one, str)}
-    digests = {name: hashlib.sha256(file.read_bytes()).hexdigest() for name, file in files.items()}
-    return {name: f"{one}{digests[name]}" if name in files else None for name, one in own.items()}
+    """Return what identifies own controllers from one call to the next: their code; None for a living object."""
+    return {name: f"{one}{_digest(one)}" if isinstance(one, str) else None for name, one in own.items()}
+
+
+def _digest(place: str) -> str:
+    """Return the digest of the file of an own controller, and of what it loads from beside it."""
+    load_own(place)
+    file = Path(place.rpartition(":")[0]).resolve()
+    loaded = (Path(getattr(module, "__file__", None) or "").resolve() for module in list(sys.modules.values()))
+    files = sorted({file, *(one for one in loaded if one.parent == file.parent and one.suffix == ".py")})
+    return hashlib.sha256(b"".join(one.read_bytes() for one in files)).hexdigest()
 
 
 def workers_for(own: Mapping[str, Own]) -> int | None:

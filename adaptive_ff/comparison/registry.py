@@ -43,7 +43,7 @@ from adaptive_ff.comparison.own_bandwidth import (
     with_bandwidth,
 )
 from adaptive_ff.errors import InputError, check_among
-from adaptive_ff.friction.model import WITH_GRAVITY, TorqueModel
+from adaptive_ff.friction.model import WITH_GRAVITY, WITH_OFFSET, TorqueModel
 from adaptive_ff.scenario.reference import Multisine
 from adaptive_ff.scenario.scenario import Scenario
 from adaptive_ff.scenario.truth import model_changes, true_model
@@ -236,7 +236,8 @@ def adaptive(scenario: Scenario, **options: Any) -> dict[str, Any]:
     """Adaptive controller as a scenario asks for it, with further options of :class:`AdaptiveController`."""
     assumed = scenario.adaptation
     names = ("ripple_periods", "position_hats", "position_range", "load_friction", "friction_share")
-    known = {"parameters": assumed.parameters or WITH_GRAVITY, "position_periods": scenario.friction_periods}
+    usual = WITH_OFFSET if scenario.joint.axis == "linear" else WITH_GRAVITY
+    known = {"parameters": assumed.parameters or usual, "position_periods": scenario.friction_periods}
     return {**known, **{name: getattr(assumed, name) for name in names}, **options}
 
 

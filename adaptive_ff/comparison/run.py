@@ -23,6 +23,7 @@ from adaptive_ff.comparison.registry import loop_of, make_controller, make_oracl
 from adaptive_ff.comparison.running import Drive, check_progress, drive_over
 from adaptive_ff.errors import InputError, check_kind
 from adaptive_ff.reported import Reported
+from adaptive_ff.scenario.axis_units import axis_unit
 from adaptive_ff.scenario.scenario import Scenario, check_scenario
 from adaptive_ff.simulation.experiment import RunSetup, build_setup, without_noise
 from adaptive_ff.simulation.metrics import Metrics, PositionMetrics, evaluate, evaluate_position
@@ -101,8 +102,8 @@ class Run(Reported):
 
     def __repr__(self) -> str:
         """Return what was run and its settled error in one line."""
-        settled = self.metrics.rms_error_settled
-        return f"Run({self.name!r}, {self.solver_time[-1]:g} s, settled rms error {settled:.3g} rad/s)"
+        error = f"{self.metrics.rms_error_settled:.3g} {axis_unit(self.scenario.joint.axis, 'rad/s')}"
+        return f"Run({self.name!r}, {self.solver_time[-1]:g} s, settled rms error {error})"
 
     @property
     def final_estimates(self) -> dict[str, float]:

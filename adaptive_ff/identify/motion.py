@@ -218,6 +218,12 @@ def derivative(values: Array, period: float) -> Array:
     return result
 
 
+def cut_edges(size: int, band: float) -> slice:
+    """Return the samples away from both ends, where a filter of a band (cycles in a sample) knows one side alone."""
+    edge = min(math.ceil(TUNING.edge_cycles / band), max(1, size // 4))
+    return slice(edge, size - edge)
+
+
 def make_rows(segment: Segment, band: float, noise: Noise, fast: float, widest: float = math.inf) -> Rows:
     """Return the rows of a segment in a band, Hz; ``fast`` is a speed that few samples exceed, rad/s.
 
@@ -236,12 +242,11 @@ def make_rows(segment: Segment, band: float, noise: Noise, fast: float, widest: 
     slow = max(TUNING.standstill * fast, scatter)
     narrow = lowpass(band, step)
     stands = narrow((np.abs(velocity) < slow).astype(float))
-    edge = min(math.ceil(TUNING.edge_cycles / (band * step)), max(1, position.size // 4))
+    inner = cut_edges(position.size, band * step)
     apart = max(1, int(1.0 / (TUNING.rows_in_cycle * band * step)))
-    places = np.arange(edge, position.size - edge, apart)
+    places = np.arange(inner.start, inner.stop, apart)
     kept = places[stands[places] < TUNING.standstill_fraction]
     time: Array = (segment.start + step * np.arange(position.size)).astype(np.float64)
-    inner = slice(edge, position.size - edge)
     return Rows(step, time, position, velocity, torque, known, narrow, kept, inner, slow, scatter, corner)
 
 

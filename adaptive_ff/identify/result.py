@@ -131,6 +131,12 @@ class LogIdentification(Reported):
             found |= {name: one for name, one in self.parameters.items() if name in ("coulomb", "viscous")}
         return found
 
+    def check_joint(self, what: str) -> None:
+        """Raise ``InputError`` where inertia or Coulomb friction is not identified, so that there is nothing such."""
+        for name, said in (("inertia", "inertia"), ("coulomb", "Coulomb friction")):
+            if name in self.unidentified or (name == "inertia" and self.value(name) <= 0.0):
+                raise InputError(f"{self.name}: the {said} is not identifiable, so there is no {what}")
+
     @property
     def source(self) -> str:
         """Name of the log's file, without its folder."""
@@ -161,8 +167,8 @@ class LogIdentification(Reported):
 
     @property
     def vague(self) -> list[str]:
-        """Parameters that a simulated joint needs whose interval is wide, in the textbook's or in the best model."""
-        models = self.parameters, self.best.parameters
+        """Parameters that a simulated joint needs whose interval is wide, in the textbook's or in its own model."""
+        models = self.parameters, self.joint_parameters
         return [name for name in NEEDED if any(name in one and one[name].half_width > WIDE for one in models)]
 
     @property
@@ -192,7 +198,9 @@ class LogIdentification(Reported):
         }
 
     def torque_model(self, torque_constant: float | None = None) -> TorqueModel:
-        """Return the best model as the torque model of a controller; ``torque_constant`` (N m/A) of a current.
+        """Return the best model, gravity apart, as a torque model; ``torque_constant`` (N m/A) is that of a current.
+
+        A controller begins with :meth:`first_estimate`, which has gravity, deviations and maps as well.
 
         Raises
         ------

@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 
-from adaptive_ff.errors import InputError
 from adaptive_ff.files import template
 from adaptive_ff.friction.model import TorqueModel
 from adaptive_ff.identify.columns import ASYMMETRY
@@ -79,9 +78,7 @@ def scenario_text(found: LogIdentification, reference: str) -> str:
     InputError
         Inertia or friction is not identifiable: there is no joint to simulate.
     """
-    for name in ("inertia", "coulomb"):
-        if name in found.unidentified or (name == "inertia" and found.value(name) <= 0.0):
-            raise InputError(f"{found.name}: the {name} is not identifiable, so there is no scenario")
+    found.check_joint("scenario")
     period = float(f"{found.data.period:.4g}")
     model = found.torque_model(1.0 if found.units["torque"] == "A" else None)
     joint = _joint(found, model, period)

@@ -14,7 +14,7 @@ import numpy as np
 from adaptive_ff.errors import InputError
 from adaptive_ff.identify.columns import ASYMMETRY
 from adaptive_ff.identify.identification import identify_log
-from adaptive_ff.identify.motion import Array, derivative, lowpass
+from adaptive_ff.identify.motion import Array, cut_edges, derivative, lowpass
 from adaptive_ff.identify.preparation import prepare
 from adaptive_ff.identify.result import LogIdentification
 from adaptive_ff.logs.log import Log, check_log
@@ -183,18 +183,22 @@ def score_log(train: Log, test: Log, **given: Any) -> Score:
 
 
 def _simulated(found: LogIdentification, log: Log, delay: float | None) -> dict[str, Any]:
-    """Return what a :class:`Score` says of the simulation of a log, by the name of its field."""
+    """Return what a :class:`Score` says of the simulation of a log, by the name of its field.
+
+    It begins and ends a cycle of the band away from the ends of the log, where the filter does not know the velocity.
+    """
     prepared = prepare(log, torque_delay=delay, linear=found.linear)
     segment = max(prepared.segments, key=lambda one: one.position.size)
     fine = max(1, math.ceil(segment.period / STEP - 1e-9))
-    step, count = segment.period / fine, segment.position.size
+    smooth = derivative(lowpass(prepared.band, segment.period)(segment.position), segment.period)
+    inner = cut_edges(segment.position.size, prepared.band * segment.period)
+    position, step = segment.position[inner], segment.period / fine
+    count = position.size
     time = segment.period * np.arange(count)
     grid = step * np.arange((count - 1) * fine + 1)
     late = found.value("torque_delay")
-    torque = np.interp(grid - late, time, segment.torque)
-    smooth = lowpass(prepared.band, segment.period)(segment.position)
-    velocity = np.interp(grid, time, derivative(smooth, segment.period))
-    start = np.vstack([np.interp(grid, time, segment.position), velocity])
+    torque = np.interp(grid - late, time, segment.torque[inner])
+    start = np.vstack([np.interp(grid, time, one) for one in (position, smooth[inner])])
     names = ("coulomb", "viscous", "stribeck_velocity")
     coulomb, viscous, slow = (max(0.0, found.value(name)) for name in names)
     slow = slow or 1.0  # of no excess
@@ -210,9 +214,10 @@ def _simulated(found: LogIdentification, log: Log, delay: float | None) -> dict[
     whole, windows = (np.where(np.isfinite(one), one, 1e300) for one in results)
     length = max(1, round(WINDOW / segment.period))
     used = count // length * length
-    segments = segment.position[:used].reshape(-1, length)
+    segments = position[:used].reshape(-1, length)
     moved = math.sqrt(float(np.mean((segments - segments[:, :1]) ** 2)))
     with np.errstate(over="ignore"):
-        errors = [math.sqrt(float(np.mean((one - segment.position) ** 2))) for one in (whole, windows)]
-    series = {"time": segment.start + time, "measured": segment.position, "simulated": whole}
+        errors = [math.sqrt(float(np.mean((one - position) ** 2))) for one in (whole, windows)]
+    first = segment.start + segment.period * inner.start
+    series = {"time": first + time, "measured": position, "simulated": whole}
     return {**series, "rms": errors[0], "windows": errors[1], "moved": moved}

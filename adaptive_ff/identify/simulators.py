@@ -25,10 +25,13 @@ if TYPE_CHECKING:
 EARTH = 9.81
 """Acceleration of gravity, m/s^2."""
 
-NOT_EXPRESSED = ("friction_lag", "path", "load_friction", "viscous_asymmetry")
-"""Terms of a model that no engine has."""
+MAPS = ("friction_cosine", "friction_sine", "friction_hat", "force_")
+"""Beginnings of the names of a torque over the position."""
 
-GEARED = {"coulomb": 1, "stiction": 1, "offset": 1, "path": -1, "stribeck_velocity": -1}
+NOT_EXPRESSED = ("friction_lag", "path", "load_friction", "viscous_asymmetry", "torque_delay", *MAPS)
+"""Beginnings of the names of what no engine has."""
+
+GEARED = {"coulomb": 1, "stiction": 1, "stiction_excess": 1, "offset": 1, "path": -1, "stribeck_velocity": -1}
 GEARED |= dict.fromkeys(("inertia", "viscous", "viscous_asymmetry"), 2)
 """Power of the gear ratio by which the motor's number is the joint's."""
 
@@ -51,9 +54,10 @@ def simulator_text(found: "LogIdentification", kind: str, *, gear_ratio: float =
     if kind not in ENDINGS:
         raise InputError(f"simulator {kind!r} is not known; allowed: {', '.join(ENDINGS)}")
     check_positive(gear_ratio=gear_ratio)
+    found.check_joint("joint of a simulator")
     model = found.torque_model(1.0 if found.units["torque"] == "A" else None)
-    own = model._asdict() | {name: found.value(name) for name in NOT_EXPRESSED}
-    joint = {name: value * gear_ratio ** GEARED.get(name, 0) for name, value in own.items()}
+    own = found.best.values | model._asdict()
+    joint = {name: value * gear_ratio ** GEARED.get(name, int(name.startswith(MAPS))) for name, value in own.items()}
     joint["gravity"] = found.gravity[0] * gear_ratio
     mass, centre = _weight(joint["inertia"], joint["gravity"], found.gravity[1])
     lines = [f"Joint identified from {found.source}: {found.grade}."]
@@ -76,7 +80,11 @@ def _not_expressed(found: "LogIdentification", joint: dict[str, float], kind: st
     lost = []
     if joint["stiction"] > joint["coulomb"]:
         lost.append(f"stiction {joint['stiction']:.4g} with a Stribeck velocity of {joint['stribeck_velocity']:.4g}")
-    lost += [f"{name.replace('_', ' ')} {joint[name]:.4g}" for name in NOT_EXPRESSED if joint[name]]
+    if joint.get("stiction_excess", 0.0) < 0.0:
+        lost.append(f"friction that is {-joint['stiction_excess']:.4g} less at low speed")
+    beside = [name for start in NOT_EXPRESSED for name in found.best.values if name.startswith(start)]
+    lost += [f"{name.replace('_', ' ')} {joint[name]:.4g}" for name in beside if joint[name]]
+    lost += [f"{name}, which is not identified" for name in found.unidentified]
     if joint["offset"]:
         lost.append(f"offset {joint['offset']:.4g} (a constant torque against the motor's)")
     if joint["gravity"] and kind not in ("mjcf", "urdf"):

@@ -78,18 +78,19 @@ def verdict_lines(found: LogIdentification) -> list[str]:
     return [*lines, parameters_line(found.given, found.identified)]
 
 
-def next_step(found: LogIdentification, folder: str, written: bool) -> str:
-    """Return what to do next."""
+def next_step(found: LogIdentification, folder: str, *, written: bool, simulated: bool) -> str:
+    """Return what to do next, by whether the scenario and files for simulators are written."""
     if found.unidentified:
         return "Next: record again as said above."
     if not written or found.grade not in (GOOD, CARE):
         return "Next: give what is known of the load (--known-torque), or another column of the torque."
-    return f"Next: adaptive-ff compare {shlex.quote(folder)}/scenario.toml, or --write mjcf,urdf,isaac,drake."
+    further = "" if simulated else ", or --write mjcf,urdf,isaac,drake"
+    return f"Next: adaptive-ff compare {shlex.quote(folder)}/scenario.toml{further}."
 
 
 def _narrowing(found: LogIdentification) -> str:
     """Return which motion narrows the widest interval of those that a simulated joint needs."""
-    widest = max(found.vague, key=lambda name: found.best.parameters[name].half_width)
+    widest = max(found.vague, key=lambda name: found.joint_parameters[name].half_width)
     kind, times = found.narrowed_by[widest]
     more = {True: MORE, False: LESS}[times > 1.0][kind]
     return f"{more} would narrow {widest} most ({times:.2g} times the usual {kind})"

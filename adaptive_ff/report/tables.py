@@ -218,7 +218,8 @@ def loops_table(study: "BandwidthStudy") -> Table:
         for loop in study.loops
     ]
     load = f"{step:.3g} {axis_unit(axis, 'N m')}"
-    return table(f"PI loop: margins, sensor noise (rms), angle lost to a load, peak after {load}", rows, columns)
+    way = "position" if axis == "linear" else "angle"
+    return table(f"PI loop: margins, sensor noise (rms), {way} lost to a load, peak after {load}", rows, columns)
 
 
 def errors_table(study: "BandwidthStudy") -> Table:

@@ -5,7 +5,7 @@ import re
 
 def of_linear(unit: str) -> str:
     """Return the unit of a linear axis that stands for one of a rotary joint."""
-    return re.sub(r"\b([mkµ]?)rad\b", r"\1m", unit.replace("kg m²", "kg").replace("N m", "N"))
+    return re.sub(r"\b([mkµ]?)rad\b", r"\1m", unit.replace("kg m²", "kg").replace("(N m)", "N").replace("N m", "N"))
 
 
 def axis_unit(axis: str, unit: str) -> str:

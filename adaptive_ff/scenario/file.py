@@ -3,6 +3,7 @@
 import json
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 from adaptive_ff.scenario.scenario import Scenario
@@ -11,8 +12,11 @@ COMMENTS_FROM = 34  # column in which comments begin
 
 
 def to_toml(scenario: Scenario) -> str:
-    """Return a scenario as the text of a scenario file that reads back equal."""
-    return toml_text(scenario.model_dump(mode="python", exclude_none=True))
+    """Return a scenario as the text of a file that reads back equal, wherever it lies: paths in it are absolute."""
+    content = scenario.model_dump(mode="python", exclude_none=True)
+    if "path" in content["reference"]:
+        content["reference"]["path"] = str(Path(content["reference"]["path"]).resolve())
+    return toml_text(content)
 
 
 def toml_text(content: Mapping[str, Any], comments: Mapping[str, str] | None = None, head: Sequence[str] = ()) -> str:

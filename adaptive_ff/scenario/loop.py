@@ -152,6 +152,11 @@ def _filtered(system: Any, values: NDArray[np.float64]) -> NDArray[np.float64]:
     return found
 
 
+def falls_too_steeply(scenario: Content) -> bool:
+    """Tell whether friction falls by more than the proportional gain can hold, so that the loop hunts at low speed."""
+    return steepest_fall(scenario.joint.friction) > scenario.feedback.gains[0]
+
+
 def loop_cautions(scenario: Content) -> Iterator[str]:
     """Yield a sentence where the velocity loop oscillates, by its margins or because friction falls too steeply."""
     gains, inertia = scenario.feedback.gains, scenario.feedback.inertia
@@ -170,9 +175,8 @@ def loop_cautions(scenario: Content) -> Iterator[str]:
             f"{shown}, delay and velocity filter included; feedback.bandwidth = "
             f"{fastest_bandwidth(**given):.3g} Hz or less keeps a sensitivity of {PI_SENSITIVITY:g}"
         )
-    fall = steepest_fall(scenario.joint.friction)
-    if fall > gains[0]:
-        unit = axis_unit(scenario.joint.axis, "N m s/rad")
+    if falls_too_steeply(scenario):
+        fall, unit = steepest_fall(scenario.joint.friction), axis_unit(scenario.joint.axis, "N m s/rad")
         yield (
             f"the friction curve falls by up to {fall:.4g} {unit}, more than the proportional gain of {gains[0]:.4g} "
             f"{unit} can hold: the loop will hunt at low speed"

@@ -24,7 +24,7 @@ from controllers import (
 from controllers.plausibility import LARGEST_OBSERVED
 from plant.fields import Finite, NonNegative, Positive, StrictTable
 
-MOST_PERIODS, MOST_HATS = 7, 100  # most known periods of friction over position, and most hats of a map of it
+MOST_PERIODS, MOST_HATS = 7, 100  # most periods of friction over position beside a motor's turn, and hats of its map
 
 
 LATE = {9: 0.5, 19: 1.0, 29: 0.5}
@@ -174,7 +174,7 @@ class Adaptation(StrictTable):
     identify: Literal["symmetric", "offset", "directions", "gravity", "directions_and_gravity"] | None = None
     # known periods of a torque over position, such as cogging, rad: the adaptive controllers learn a sine and a cosine
     # of each
-    ripple_periods: Annotated[list[Positive], Field(max_length=MOST_PERIODS)] = []
+    ripple_periods: Annotated[list[Positive], Field(max_length=MOST_PERIODS + 1)] = []
     # known periods of friction over position, rad: ``adaptive`` learns a cosine and a sine of each
     position_periods: Annotated[list[Positive], Field(max_length=MOST_PERIODS)] = []
     motor_turn: bool = False  # whether a turn of the motor is one of them, ``2 pi / joint.gear_ratio``

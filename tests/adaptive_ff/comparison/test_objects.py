@@ -21,6 +21,20 @@ def comparison():
     return compare(SHORT.modified(duration=6.0, controllers=["pi", "adaptive"]))
 
 
+def test_units_are_those_of_the_axis_and_noise_is_blamed_where_there_is_some_alone():
+    linear = SHORT.modified(joint={"axis": "linear"}, duration=3.0, position={})
+    found = compare(linear)
+    assert "rms error, m/s: pi" in repr(found)
+    assert repr(found.runs["pi"]).endswith(" m/s)")
+    assert "gravity_sin" not in found.runs["adaptive"].estimates
+    worse = {**found.runs, "oracle": found.runs["pi"]}
+    assert "noise of the measurement" in replace(found, runs=worse).cautions()[0]
+    steep = linear.modified(joint={"stiction": 500.0})
+    for other in (linear.modified(sensor=QUIET), steep):
+        runs = {name: replace(run, scenario=other) for name, run in worse.items()}
+        assert replace(found, scenario=other, runs=runs).cautions() == []
+
+
 def test_a_comparison_and_a_run_are_equal_to_themselves_alone(comparison):
     run = comparison.runs["pi"]
     assert len({comparison, replace(comparison), run, replace(run)}) == 4

@@ -3,6 +3,7 @@
 import inspect
 import json
 import math
+import sys
 
 import numpy as np
 import pytest
@@ -11,7 +12,7 @@ from command_line import refusal, run_command_line
 from scenario_files import write_scenario
 
 from adaptive_ff import InputError, compare, simulate
-from adaptive_ff.comparison.own import OFFERED, load_own, make_own
+from adaptive_ff.comparison.own import OFFERED, load_own, make_own, own_marks
 from controllers import PI
 
 SHORT = SCENARIO.modified(duration=4.0, controllers=["pi", "oracle"])
@@ -209,6 +210,21 @@ def test_step_that_cannot_be_called_is_refused_before_anything_runs(step, reason
             make_own("mine", own, SHORT)
     with pytest.raises(InputError, match=said):
         simulate(SHORT, mine())
+
+
+def test_step_that_ends_the_program_is_an_error():
+    ending = type("Ending", (), {"step": lambda self, reference, velocity: sys.exit(0)})
+    with pytest.raises(InputError, match="the own controller Ending ends the program: SystemExit: 0"):
+        simulate(SHORT, ending())
+
+
+def test_mark_follows_what_an_own_controller_loads_from_beside_it(tmp_path):
+    (tmp_path / "gained.py").write_text("from gain_beside import GAIN\n\nclass Gained:\n    step = print\n")
+    marks = []
+    for gain in (1.0, 1.0, 2.0):
+        (tmp_path / "gain_beside.py").write_text(f"GAIN = {gain}\n")
+        marks.append(own_marks({"mine": f"{tmp_path / 'gained.py'}:Gained"})["mine"])
+    assert marks[0] == marks[1] != marks[2]
 
 
 def test_estimate_that_is_not_finite_is_refused():

@@ -72,6 +72,14 @@ def test_simulators_have_the_joint_on_the_side_of_the_gear_and_name_what_they_la
         assert ("gravity 10 sin(q + 0.6435)" in text) == (kind in ("isaac", "drake"))
     for name, value in (("armature", 8), ("friction", 8), ("dynamic_friction", 6), ("viscous_friction", 2)):
         assert re.search(rf"\b{name}={value}\b", sticky.simulator("isaac", gear_ratio=2.0))
+    dips = identified(Shape(stribeck_velocity=0.2), stiction_excess=-1.0, torque_delay=0.25, force_hat_2=0.5)
+    assert "numbers: friction that is 2 less at low speed; torque delay 0.25; force hat 2 1" in (
+        dips.simulator("mjcf", gear_ratio=2.0)
+    )
+    assert "viscous, which is not identified; offset" not in identified().simulator("urdf")
+    assert "viscous, which is not identified; offset" in identified(unidentified=["viscous"]).simulator("urdf")
+    with pytest.raises(InputError, match="the Coulomb friction is not identifiable, so there is no joint of a simul"):
+        identified(unidentified=["coulomb"]).simulator("mjcf")
     with pytest.raises(InputError, match="simulator 'gazebo' is not known; allowed: mjcf, urdf"):
         sticky.simulator("gazebo")
 

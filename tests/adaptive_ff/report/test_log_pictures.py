@@ -95,7 +95,9 @@ def test_verdict_names_its_reasons_and_the_next_step(found, refined):
     assert verdict_lines(refined)[1].startswith("Refined by stribeck; against the textbook coulomb ")
     unmoved = replace(refined, refined=refined.textbook)
     assert verdict_lines(unmoved)[1] == "Refined by stribeck; the textbook's values stay within their intervals."
-    assert next_step(found, "out", written=True).startswith("Next: adaptive-ff compare out/scenario.toml")
+    scenario = "Next: adaptive-ff compare out/scenario.toml"
+    assert next_step(found, "out", written=True, simulated=True) == f"{scenario}."
+    assert next_step(found, "out", written=True, simulated=False).startswith(f"{scenario}, or --write mjcf")
     time = 0.005 * np.arange(8000)
     velocity = 1.0 + 0.5 * np.sin(np.pi * time)
     log = make_log()
@@ -103,7 +105,7 @@ def test_verdict_names_its_reasons_and_the_next_step(found, refined):
     one_way = identify_log(one_way)
     lines = verdict_lines(one_way)
     assert lines[0].startswith("Verdict: usable with care; coulomb: the motion is one-way: record both directions")
-    assert next_step(one_way, "out", written=False) == "Next: record again as said above."
+    assert next_step(one_way, "out", written=False, simulated=False) == "Next: record again as said above."
 
 
 def test_map_is_drawn_where_there_is_one(tmp_path):

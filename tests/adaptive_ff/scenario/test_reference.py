@@ -2,14 +2,16 @@
 
 import math
 import warnings
+from pathlib import Path
 
 import numpy as np
 import pytest
-from scenario_files import refused
+from scenario_files import built_in, refused, to_toml
 
 from adaptive_ff import InputError, load_scenario
 from adaptive_ff.files import write_csv
 from adaptive_ff.scenario import content as module
+from adaptive_ff.scenario import file
 from adaptive_ff.scenario.reference import Multisine, Recorded
 from adaptive_ff.scenario.series import CHUNK, size_and_lost_fraction, sum_of_sines
 from adaptive_ff.scenario.tables import Sampling
@@ -40,6 +42,18 @@ def write(folder, columns):
 
 def read(path, **names):
     return Recorded(kind="csv", path=str(path), **names).read()
+
+
+def test_a_written_scenario_finds_its_reference_wherever_it_lies(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    time = grid(20.0)
+    write(tmp_path, {"time": time, "velocity": motion(time)[1]})
+    for folder in ("one", "other"):
+        Path(folder).mkdir()
+    Path("one/j.toml").write_text(to_toml({**built_in(), "reference": {"kind": "csv", "path": "../motion.csv"}}))
+    scenario = load_scenario("one/j.toml")
+    Path("other/k.toml").write_text(file.to_toml(scenario))
+    assert np.array_equal(load_scenario("other/k.toml").reference_velocity(), scenario.reference_velocity())
 
 
 def test_multisine_has_the_stated_frequencies_with_amplitudes_in_the_stated_ratios():

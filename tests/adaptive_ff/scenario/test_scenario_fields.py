@@ -188,7 +188,7 @@ def test_schema_of_each_list_has_the_length_of_what_it_holds():
     pairs = ["position_range", "pause", "inertia", "coulomb", "viscous", "stiction", "friction_lag", "velocity_noise"]
     pairs += ["assumed_stribeck_velocity", "assumed_inertia"]
     lengths = {**dict.fromkeys(pairs, (2, 2)), **dict.fromkeys(("displacements", "shares"), (4, 4))}
-    lengths |= dict.fromkeys(("ripple_periods", "position_periods"), (0, 7))
+    lengths |= {"ripple_periods": (0, 8), "position_periods": (0, 7)}
     limited = {path[-1]: schema for path, schema, _ in places(SCHEMA) if "maxItems" in schema}
     assert {name: (one.get("minItems", 0), one["maxItems"]) for name, one in limited.items()} == lengths
 
