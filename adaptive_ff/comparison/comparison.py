@@ -23,7 +23,7 @@ from adaptive_ff.errors import checked_path
 from adaptive_ff.files import write_result
 from adaptive_ff.reported import WORTH, Reported
 from adaptive_ff.scenario.axis_units import axis_unit
-from adaptive_ff.scenario.loop import TREMBLING, falls_too_steeply
+from adaptive_ff.scenario.loop import HUNTING, TREMBLING, fall_over_gain
 from adaptive_ff.scenario.scenario import Scenario, check_scenario, load_scenario
 from adaptive_ff.simulation.experiment import build_setup
 from adaptive_ff.simulation.metrics import settled_start
@@ -83,7 +83,7 @@ class Comparison(Reported):
         speed, force = (axis_unit(self.scenario.joint.axis, unit) for unit in ("mrad/s", "N m"))
         settled = {name: 1e3 * run.metrics.rms_error_settled for name, run in self.runs.items()}
         lost = {BASELINE, ORACLE} <= settled.keys() and settled[ORACLE] > NO_GAIN * settled[BASELINE] > 0.0
-        if lost and self.scenario.velocity_noise > 0.0 and not falls_too_steeply(self.runs[BASELINE].scenario):
+        if lost and self.scenario.velocity_noise > 0.0 and fall_over_gain(self.runs[BASELINE].scenario) <= HUNTING:
             found.append(
                 f"{ORACLE}, which is fed the true friction, settles at {settled[ORACLE]:.3g} {speed}, {BASELINE} at "
                 f"{settled[BASELINE]:.3g}: noise of the measurement dominates, not friction; a slower loop "

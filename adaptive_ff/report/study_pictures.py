@@ -30,11 +30,12 @@ from adaptive_ff.report.style import (
 from adaptive_ff.report.table import scale_for
 from adaptive_ff.scenario.axis_units import axis_unit
 from adaptive_ff.scenario.library import grouped
+from adaptive_ff.scenario.loop import HUNTING
 from adaptive_ff.studies.bandwidth_study import BandwidthStudy
 from adaptive_ff.studies.matrix import OURS, Cells
 from adaptive_ff.studies.motion import Excitation
 from adaptive_ff.studies.sweep import CONTROLLERS as DRAWN
-from adaptive_ff.studies.sweep import HUNTING, Outcome
+from adaptive_ff.studies.sweep import Outcome
 
 LOADED: Look = {"color": INK, "linewidth": 0.9, "linestyle": (0, (4, 2)), "label": "after a step of the load"}
 NOISE: Look = {"color": INK, "linewidth": 0.9, "linestyle": (0, (1, 2)), "label": "noise alone"}

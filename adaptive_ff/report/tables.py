@@ -11,10 +11,10 @@ from adaptive_ff.friction.model import PER_DIRECTION, unit_of
 from adaptive_ff.report.table import DEVIATIONS, Cell, Columns, Table, table
 from adaptive_ff.scenario.axis_units import axis_unit
 from adaptive_ff.scenario.library import grouped
-from adaptive_ff.scenario.loop import load_step
+from adaptive_ff.scenario.loop import HUNTING, load_step
 from adaptive_ff.scenario.truth import last_model, true_waves
 from adaptive_ff.studies.matrix import OURS, Cells, collect, mean_gain
-from adaptive_ff.studies.sweep import CLASSES, HUNTING
+from adaptive_ff.studies.sweep import CLASSES
 
 if TYPE_CHECKING:
     from adaptive_ff.studies.bandwidth_study import BandwidthStudy

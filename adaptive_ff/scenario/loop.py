@@ -28,6 +28,7 @@ SETTLED = 40.0  # time constants of the integral part over which a response to n
 MOST_SAMPLES = 20_000  # samples after which a filter of the velocity has forgotten a reading
 LOAD_FRACTION = 0.4  # step of the load that a loop is to stand, over the rated torque, the limit of the drive
 TREMBLING = 0.1  # torque that measurement noise may cost (rms), over the rated torque
+HUNTING = 1.0  # fall of the friction over the proportional gain from which the loop itself hunts at low speed
 REVERSALS = 1.0  # reversals of a motion in a second that the error of friction is reckoned for
 SLOWEST, SLOWEST_FRACTION = 1.0, 0.25  # slowest loop that is tried, Hz, and over the fastest one where that is less
 STEP = 2.0**0.5  # ratio of one bandwidth that is tried to the next
@@ -152,9 +153,10 @@ def _filtered(system: Any, values: NDArray[np.float64]) -> NDArray[np.float64]:
     return found
 
 
-def falls_too_steeply(scenario: Content) -> bool:
-    """Tell whether friction falls by more than the proportional gain can hold, so that the loop hunts at low speed."""
-    return steepest_fall(scenario.joint.friction) > scenario.feedback.gains[0]
+def fall_over_gain(scenario: Content) -> float:
+    """Return how steeply friction falls at worst, over the proportional gain; above one the loop hunts at low speed."""
+    steepest = max(map(steepest_fall, (scenario.joint.friction, scenario.joint.friction_backward)))
+    return float(steepest / scenario.feedback.gains[0])
 
 
 def loop_cautions(scenario: Content) -> Iterator[str]:
@@ -175,9 +177,9 @@ def loop_cautions(scenario: Content) -> Iterator[str]:
             f"{shown}, delay and velocity filter included; feedback.bandwidth = "
             f"{fastest_bandwidth(**given):.3g} Hz or less keeps a sensitivity of {PI_SENSITIVITY:g}"
         )
-    if falls_too_steeply(scenario):
-        fall, unit = steepest_fall(scenario.joint.friction), axis_unit(scenario.joint.axis, "N m s/rad")
+    if (fall := fall_over_gain(scenario)) > HUNTING:
+        unit = axis_unit(scenario.joint.axis, "N m s/rad")
         yield (
-            f"the friction curve falls by up to {fall:.4g} {unit}, more than the proportional gain of {gains[0]:.4g} "
-            f"{unit} can hold: the loop will hunt at low speed"
+            f"the friction curve falls by up to {fall * gains[0]:.4g} {unit}, more than the proportional gain of "
+            f"{gains[0]:.4g} {unit} can hold: the loop will hunt at low speed"
         )

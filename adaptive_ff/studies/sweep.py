@@ -19,12 +19,13 @@ from adaptive_ff.comparison.registry import CONTROLLERS as REGISTERED
 from adaptive_ff.comparison.registry import loop_of
 from adaptive_ff.comparison.run import run_by_name
 from adaptive_ff.errors import InputError
+from adaptive_ff.scenario.loop import HUNTING, fall_over_gain
 from adaptive_ff.scenario.scenario import Scenario, check_scenario
 from adaptive_ff.scenario.series import largest_size
 from adaptive_ff.simulation.experiment import build_setup
 from adaptive_ff.simulation.metrics import Metrics
 from adaptive_ff.studies.study import Found, Store, code_digest, run_study
-from plant import AnyJoint, check_factor, schedule, steepest_fall
+from plant import AnyJoint, check_factor, schedule
 
 CONTROLLERS = ("pi", "oracle", "adaptive")
 
@@ -39,7 +40,6 @@ CLASSES = {
 }
 """Classes of joints by how steeply friction falls, over the proportional gain: each from its number on."""
 
-HUNTING = 1.0  # fall of the friction over the proportional gain from which PI itself hunts at low speed
 FINEST = 64  # largest number of parts that the scenario's solver period is cut into for a drawn joint
 
 
@@ -107,12 +107,6 @@ def drawn_joint(scenario: Scenario, table: dict[str, float]) -> AnyJoint | None:
             continue
         return joint
     return None
-
-
-def fall_over_gain(scenario: Scenario) -> float:
-    """Return how steeply friction falls at worst, over the proportional gain; from one on, PI itself hunts."""
-    steepest = max(map(steepest_fall, (scenario.joint.friction, scenario.joint.friction_backward)))
-    return float(steepest / scenario.feedback.gains[0])
 
 
 def class_of(fall: float) -> str:

@@ -15,7 +15,8 @@ import numpy as np
 from pydantic import ValidationError
 
 from adaptive_ff import Scenario, load_scenario, simulate
-from adaptive_ff.studies.sweep import class_of, draw_scenario, fall_over_gain
+from adaptive_ff.scenario.loop import fall_over_gain
+from adaptive_ff.studies.sweep import class_of, draw_scenario
 from benchmarks.running import tracked
 from benchmarks.suite import Case
 

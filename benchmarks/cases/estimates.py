@@ -1,4 +1,9 @@
-"""Estimates of the adaptive controller beside the truth, and whether they are as uncertain as it says."""
+"""Estimates of the adaptive controller beside the truth, and whether they are as uncertain as it says.
+
+And intervals from a designed motion of 10 and 20 s, over those of 60 s of the built-in multisine on the same joint: it
+keeps the limits of the drive and is followed by the PI loop of the scenario; the intervals are those of the torque form
+with the assumed Stribeck velocity. The multisine keeps to seven Stribeck velocities.
+"""
 
 from collections.abc import Callable
 from functools import partial
@@ -6,9 +11,11 @@ from functools import partial
 from adaptive_ff import Scenario, load_scenario, simulate
 from adaptive_ff.comparison.registry import make_controller
 from adaptive_ff.scenario.truth import true_model
+from adaptive_ff.studies.exciting_motion import default_limits, exciting_motion, interval_widths, with_motion, yardstick
+from adaptive_ff.studies.motion import NAMES
 from adaptive_ff.studies.study import Found
 from benchmarks.cases.drawn import draw_joint
-from benchmarks.suite import Case, Rows, seeded
+from benchmarks.suite import Case, Rows, pooled, seeded
 
 COMPARED = ("inertia", "coulomb", "stiction", "viscous", "friction_lag")
 
@@ -53,3 +60,21 @@ def joints(count: int, first: int = 1) -> list[Case]:
     """Return excited joints, all of one row."""
     make = partial(draw_joint, first)
     return [Case(f"joint/{draw}", draw, partial(run_case, "drawn joints", make, draw)) for draw in range(count)]
+
+
+PERIOD = 10.0  # length of the motion, s
+
+
+def run_motion(name: str, seeds: list[int], controllers: list[str]) -> Found:
+    """Find a motion; figures by length of the log, in the place of controllers: parameters' intervals over those."""
+    scenario = load_scenario(name)
+    motion = exciting_motion(scenario, default_limits(scenario), period=PERIOD, workers=None)
+    base, found = interval_widths(yardstick(scenario), seeds), {}
+    for length in controllers:
+        longer = with_motion(scenario, motion.reference.model_dump(), float(length.removesuffix(" s")))
+        widths = interval_widths(longer, seeds)
+        found[length] = {parameter: widths[parameter] / base[parameter] for parameter in NAMES}
+    return {"": {"row": name}, **found}
+
+
+motions = pooled(run_motion, lambda names: {name: (name,) for name in names})

@@ -1,4 +1,4 @@
-"""Suites: their files, their cases, their results."""
+"""Suites: their files, their cases, their results; synthetic logs, recorded machines, friction laws on a record."""
 
 import json
 import math
@@ -6,6 +6,7 @@ import pickle
 import shutil
 from functools import partial
 
+import numpy as np
 import pytest
 from typer.testing import CliRunner
 
@@ -13,8 +14,14 @@ from adaptive_ff.errors import InputError
 from adaptive_ff.simulation.tracking_errors import TrackingErrors, ratios
 from benchmarks import __main__ as command
 from benchmarks import running, suite
+from benchmarks.cases.logs import recorded
+from benchmarks.cases.logs.coverage import repetition, run_driven
+from benchmarks.cases.logs.drawn_logs import driven_case, make_case
+from benchmarks.cases.logs.recorded import DATA, JOBS
+from benchmarks.cases.other_joints import draw
 from benchmarks.cases.situations import named_scenario
 from benchmarks.compare import geometric_mean, moved_lines, summary_lines
+from benchmarks.friction import laws, picture
 from benchmarks.results import Result, Row, read_result
 from benchmarks.running import gathered, run_case, run_suite, tracked
 from benchmarks.suite import Case, Suite, load_suite, suite_names
@@ -147,3 +154,116 @@ def test_data_counts_for_suites_with_a_module_beside_it_alone(tmp_path, monkeypa
         monkeypatch.setattr(running, "SUITES", tmp_path / "suites")
         marks[text] = {name: running.suite_fingerprint(load_suite(name)) for name in ("mutation", "machines")}
     assert [name for name, mark in marks[""].items() if marks["one = 1"][name] != mark] == ["mutation"]
+
+
+@pytest.mark.parametrize("seed", [2, 3, 8, 11])
+def test_records_of_a_joint_share_it_but_not_their_motion(seed):
+    one, other = (make_case(seed, record=record) for record in (0, 1))
+    assert one.truth["inertia"] == other.truth["inertia"]
+    assert one.kind == other.kind
+    assert not np.array_equal(one.log.position[:100], other.log.position[:100])
+    again = make_case(seed)
+    assert np.array_equal(again.log.torque, one.log.torque)
+
+
+def test_repetition_agrees_within_both_half_widths():
+    one = {"inertia_error": [0.0], "inertia_width": [0.03]}
+    near, far = ({"inertia_error": [error], "inertia_width": [0.04]} for error in (0.049, 0.051))
+    assert repetition(one, near) == {"inertia_repeats": [1.0]}
+    assert repetition(one, far) == {"inertia_repeats": [0.0]}
+
+
+@pytest.mark.parametrize("seed", [101, 102, 103])
+def test_the_recorded_torque_is_what_the_joint_needs(seed):
+    """Over the log, inertia gives back what it takes: what is left of the work is done against friction and load."""
+    case = driven_case(seed)
+    joint, loop, _ = draw(seed)
+    log = case.log
+    assert case.delay == 0.5 * loop.period
+    assert (log.velocity is None) != (loop.sensor == "tachometer")
+    velocity = np.gradient(log.position, log.time) if log.velocity is None else log.velocity
+    friction = joint.coulomb * np.abs(velocity) + joint.viscous * velocity**2
+    done = float(np.mean((log.torque - joint.load) * velocity))
+    assert float(np.mean(friction)) == pytest.approx(done, rel=0.25)
+
+
+@pytest.mark.nightly
+def test_inertia_of_joints_that_stick_for_long_is_within_its_interval():
+    found = [run_driven(seed, ["identify"])["identify"] for seed in (315, 332, 364)]
+    assert [one["inertia_inside"] for one in found] == [[1.0]] * 3
+    for name in ("inertia", "coulomb"):
+        assert np.median([abs(one[f"{name}_error"][0]) for one in found]) < 0.05, name
+
+
+def test_absent_data_are_said_with_their_source(tmp_path, monkeypatch):
+    monkeypatch.setattr(recorded, "DATA", tmp_path)
+    for job, case in zip(JOBS.values(), recorded.joints(), strict=True):
+        refused = run_case(case, ["identify"])[""]["refused"]
+        assert job.table["origin"] in refused
+        assert all(file in refused for file in job.table["files"])
+
+
+MISSING = JOBS["KUKA KR300 axis 6"].missing()
+
+
+@pytest.mark.skipif(bool(MISSING), reason=f"the recorded data lie outside the repository and are not there: {DATA}")
+def test_axis_is_identified_replayed_and_put_into_a_closed_loop():
+    (case,) = [case for case in recorded.joints() if case.key == "KUKA KR300 axis 6"]
+    found = run_case(case, load_suite("recorded").controllers)
+    assert found[""] == {"row": "KUKA KR300 axis 6"}
+    assert found["closed loop"]["pi"] > 5.0
+    assert 0.0 < found["identify"]["unexplained"] < found["identify"]["validation"] + 0.2 < 0.5
+    first, second = found["adaptive"]["left"]
+    assert first < found["none"]["left"][0]
+    assert second < found["none"]["left"][1]
+    assert len(found["adaptive_saved"]["left"]) == 1
+
+
+BY_NAME = {law.name: law for law in laws.LAWS}
+
+
+def made(name, *values, cycles=4):
+    """A record of a law along a cycle with rests, with an offset of 0.1 N."""
+    way = np.concatenate([np.linspace(0.0, 2e-4, 120), np.full(40, 2e-4), np.linspace(2e-4, 0.0, 120), np.zeros(40)])
+    position = np.tile(way, cycles)
+    velocity, period = np.diff(position) / 0.005, np.full(position.size - 1, 0.005)
+    force = laws.force_along(BY_NAME[name].make(*values), velocity, period) + 0.1
+    return laws.PreslidingRecord(period, position[1:], velocity, force)
+
+
+@pytest.mark.parametrize(("name", "values"), [("LuGre", (2.0, 4e4)), ("elasto-plastic", (2.0, 1.3e-4))])
+def test_fit_finds_the_parameters_that_a_record_was_made_with(name, values):
+    fit = laws.fit_law(BY_NAME[name], made(name, *values))
+    assert list(fit.values.values()) == pytest.approx([*values, 0.1], rel=1e-3)
+    assert fit.tested < 1e-3
+
+
+def test_law_that_is_not_the_records_leaves_an_error():
+    record = made("elasto-plastic", 2.0, 1.3e-4)
+    coulomb = laws.fit_coulomb(record)
+    assert laws.fit_law(BY_NAME["LuGre"], record).tested > 0.01
+    assert laws.fit_lagged(record).tested < coulomb.tested
+    error = coulomb.force - record.force
+    assert coulomb.tested == pytest.approx(np.sqrt(np.mean(error[error.size // 2 :] ** 2)), rel=1e-12)
+
+
+def test_play_takes_flicker_out_and_keeps_motion():
+    position = np.array([0.0, 1e-7, 0.0, 1e-7, 5e-6, 5e-6, 4.9e-6, 0.0])
+    assert laws.without_flicker(position, 2e-7) == pytest.approx([0.0, 0.0, 0.0, 0.0, 4.8e-6, 4.8e-6, 4.8e-6, 2e-7])
+
+
+@pytest.mark.skipif(not laws.DATA.is_file(), reason="the measured record is not beside this repository")
+def test_laws_meet_the_targets_on_the_measured_record():
+    record = laws.read_record()
+    assert 0.2e-3 < np.ptp(record.position) < 0.3e-3
+    every = record.part(slice(None, 8000))
+    fits = [
+        laws.fit_coulomb(every),
+        *(laws.fit_law(BY_NAME[name], every) for name in ("LuGre", "rolling", "elasto-plastic")),
+    ]
+    shares = {fit.law: fit.tested / fits[0].tested for fit in fits}
+    assert shares["LuGre"] < 0.5
+    assert shares["rolling"] < 0.5
+    assert shares["elasto-plastic"] < 0.25
+    figure = picture.draw(every, fits)
+    assert [axes.get_title().partition(":")[0] for axes in figure.axes][6:10] == [fit.law for fit in fits]

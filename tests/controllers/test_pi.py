@@ -1,3 +1,5 @@
+"""The PI loop, the delay that controllers reckon with, and the position loop around it."""
+
 import math
 
 import control
@@ -5,7 +7,17 @@ import numpy as np
 import pytest
 from inertia_loops import GAINS, INERTIA, PERIOD, run_inertia
 
-from controllers import PI, feed_back, planned_inputs
+from controllers import (
+    PI,
+    PositionLoop,
+    compiled,
+    delay_line,
+    delayed,
+    design_position_loop,
+    feed_back,
+    planned_inputs,
+    remember,
+)
 
 
 @pytest.mark.parametrize("gains", [GAINS, (GAINS[0], 0.0), (100.0, 3000.0)])
@@ -166,3 +178,105 @@ def test_step_that_is_refused_changes_nothing(wrong):
         one.step(0.1, **given)
     assert one.state == twin.state
     assert one.step(0.1, 0.02, next_reference=0.2) == twin.step(0.1, 0.02, next_reference=0.2)
+
+
+def through(delay, values):
+    line, found = delay_line(delay), []
+    for value in values:
+        found.append(delayed(line, delay))
+        line = remember(line, value)
+    return found
+
+
+def both(line, delay, value):
+    return delayed(line, delay), remember(line, value)
+
+
+@pytest.mark.parametrize(
+    ("delay", "expected"),
+    [
+        (0.0, [0.0, 1.0, 2.0, 4.0, 8.0]),
+        (0.25, [0.0, 0.75, 1.75, 3.5, 7.0]),
+        (1.0, [0.0, 0.0, 1.0, 2.0, 4.0]),
+        (2.5, [0.0, 0.0, 0.0, 0.5, 1.5]),
+    ],
+)
+def test_line_gives_the_mean_of_what_was_applied_over_the_period_that_ends(delay, expected):
+    assert through(delay, [1.0, 2.0, 4.0, 8.0, 16.0]) == expected
+
+
+@pytest.mark.parametrize("delay", [0.0, 0.5, 1.0, 3.0])
+def test_line_is_long_enough_for_the_delay_and_compiled_it_is_the_same(delay):
+    line = tuple(float(i) for i in range(1, 1 + len(delay_line(delay))))
+    assert len(line) == {0.0: 1, 0.5: 3, 1.0: 3, 3.0: 11}[delay]
+    assert compiled(both)(line, delay, 9.0) == (delayed(line, delay), remember(line, 9.0))
+    assert len(remember(line, 9.0)) == len(line)
+
+
+BANDWIDTH = 10.0
+DESIGNED = PI.design(INERTIA, PERIOD, BANDWIDTH)
+
+
+def test_correction_is_the_gain_times_the_error_within_the_limit():
+    loop = PositionLoop(10.0, limit=0.5)
+    assert loop.step(1.0, 0.98) == pytest.approx(0.2)
+    assert loop.step(1.0, 0.5) == 0.5
+    assert loop.step(-1.0, 0.5) == -0.5
+    assert PositionLoop(10.0).step(1.0, -1.0) == pytest.approx(20.0)
+
+
+def test_bad_plan_is_refused_and_changes_nothing():
+    loop = PositionLoop(10.0)
+    loop.step(1.0, 0.9)
+    state = loop.state
+    with pytest.raises(ValueError, match=r"^planned = nan is not allowed"):
+        loop.step(math.nan, 0.0)
+    assert loop.state == state
+
+
+def cascade(gain, delay, count=400):
+    """Position of an inertia that is stepped exactly, for a step of the planned position by 1 rad."""
+    velocity_loop = PI(DESIGNED.proportional, DESIGNED.integral, PERIOD).run_uncompiled()
+    position_loop, position, velocity, late, found = PositionLoop(gain), 0.0, 0.0, [0.0] * delay, []
+    for _ in range(count):
+        found.append(position)
+        late.append(velocity_loop.step(0.0, velocity, correction=position_loop.step(1.0, position)))
+        acceleration = late.pop(0) / INERTIA
+        position += PERIOD * velocity + 0.5 * PERIOD**2 * acceleration
+        velocity += PERIOD * acceleration
+    return np.array(found)
+
+
+def open_loop(gain):
+    """From the position error to the position: states are position, velocity and integral."""
+    proportional, integral = DESIGNED.proportional, DESIGNED.integral * PERIOD
+    torque = np.array([0.0, -(proportional + integral), 1.0])  # of the states; (Kp + Ki Ts) Kv of the error
+    speed, way = PERIOD / INERTIA, PERIOD**2 / (2.0 * INERTIA)
+    dynamics = np.array([[1.0, PERIOD, 0.0], [0.0, 1.0, 0.0], [0.0, -integral, 1.0]])
+    dynamics += np.outer([way, speed, 0.0], torque)
+    inputs = gain * (np.array([way, speed, 0.0]) * (proportional + integral) + np.array([0.0, 0.0, integral]))
+    return control.ss(dynamics, inputs[:, None], [[1.0, 0.0, 0.0]], 0.0, PERIOD)
+
+
+@pytest.mark.parametrize("gain", [5.0, 2.0 * math.pi * BANDWIDTH / 6.0])
+def test_cascade_moves_as_the_transfer_function_that_the_design_reckons_with(gain):
+    opened = open_loop(gain)
+    closed = control.feedback(opened, 1.0)
+    expected = control.forced_response(closed, inputs=np.ones(400)).outputs
+    assert cascade(gain, 0) == pytest.approx(expected, abs=1e-8)
+    margins = control.stability_margins(opened, method="frd")
+    design = design_position_loop(PERIOD, BANDWIDTH, gain)
+    assert design.gain_margin == pytest.approx(margins[0], rel=1e-2)
+    assert design.phase_margin == pytest.approx(margins[1], abs=0.5)
+    assert design.crossover == pytest.approx(margins[4] / (2.0 * math.pi), rel=1e-2)
+    assert design.maximum_sensitivity == pytest.approx(1.0 / margins[2], rel=1e-2)
+
+
+def test_largest_gain_is_named_and_the_margin_is_met_there():
+    for bandwidth in (0.5, BANDWIDTH):
+        with pytest.raises(ValueError, match=r"^gain = 100 1/s is not allowed: .* at most ([0-9.]+) 1/s$") as found:
+            PositionLoop.design(PERIOD, bandwidth, 100.0)
+        largest = float(str(found.value).split()[-2])
+        design = PositionLoop.design(PERIOD, bandwidth, 0.999 * largest)
+        assert design.maximum_sensitivity == pytest.approx(1.7, rel=1e-2)
+    assert np.max(np.abs(cascade(8.0 * largest, 0))) > 1e3  # it does become unstable

@@ -4,7 +4,8 @@ import pytest
 from closed_loops import sampled
 
 from adaptive_ff import load_scenario
-from adaptive_ff.studies.sweep import draw_scenario, fall_over_gain
+from adaptive_ff.scenario.loop import fall_over_gain
+from adaptive_ff.studies.sweep import draw_scenario
 from adaptive_ff.studies.tracking import track_scenario
 from benchmarks.cases.drawn import draw_cascade, draw_elastic, draw_machine, draw_resting
 from benchmarks.cases.situations import named_scenario

@@ -13,9 +13,9 @@ from adaptive_ff.comparison.registry import CONTROLLERS
 from adaptive_ff.report.study_pictures import column_groups
 from adaptive_ff.report.tables import gains_table, ranking_table
 from adaptive_ff.scenario.library import GROUPS, SCENARIOS, grouped, scenario_names
+from adaptive_ff.scenario.loop import fall_over_gain
 from adaptive_ff.simulation.metrics import rms
 from adaptive_ff.studies import matrix
-from adaptive_ff.studies.sweep import fall_over_gain
 from adaptive_ff.studies.tracking import run_errors
 from controllers import fastest_bandwidth
 
