@@ -71,6 +71,7 @@ class Described(StrictTable):
     one: float = 0.0
     two: float = 0.0
     own: float = 0.0  # beside its field
+    needed: float  # without a default
     bare: float = 0.0
 
 
@@ -83,6 +84,7 @@ def test_field_has_its_own_comment_or_that_above_its_group():
     assert lines == [
         *("A table.", "", "Parameters", "----------", "one, two : float, optional"),
         *("Above two fields, in two lines.", "own : float, optional", "Beside its field."),
+        *("needed : float", "Without a default."),
     ]
 
 

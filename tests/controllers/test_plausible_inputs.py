@@ -85,6 +85,7 @@ def test_a_state_is_that_of_its_content_in_types_and_shapes():
         ({"table": [[0.0, 1.0, 2.0], [3.0, 4.0, math.nan]]}, "state.table must be finite"),
         ({"table": [[0.0], [1.0, 2.0]]}, r"state.table = \[\[0.0\], \[1.0, 2.0\]\] is not allowed"),
         ({"empty": [1.0]}, "state.empty must be finite and of shape"),
+        ({"table": [0.0] * 99}, rf"of shape \(2, 3\), not \[{'0.0, ' * 15}0.0,$"),
         ({"inner": {"count": 1.5, "flag": True, "line": [0.0, 1.0]}}, "state.inner.count = 1.5 .* of type int64"),
         ({"inner": {"count": 1, "flag": True}}, "state.inner must have the fields .*: line missing, none unknown"),
         ({"inner": 1}, "state.inner must have the fields count, flag, line$"),

@@ -95,6 +95,7 @@ def test_lost_positions_are_passed_on_and_spoil_nothing(block, lost):
     found, _ = estimate(block, measured, velocity=0.35)
     assert np.all(np.isnan(found[gaps]))
     assert np.delete(found, gaps) == pytest.approx(np.full(400 - len(gaps), 0.35), abs=1e-10)
+    np.testing.assert_array_equal(estimate(ESTIMATORS["direct"], [0.1, lost, 0.2])[0], [0.1, math.nan, 0.2])
 
 
 @pytest.mark.parametrize("jitter", [0.0, 0.6])

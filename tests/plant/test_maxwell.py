@@ -6,10 +6,12 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from pydantic import ValidationError
 from scipy.integrate import solve_ivp
 from stepped_joint import FRICTION, TORQUE, VELOCITY, accepted, along_paths, ends, friction_fields, mirrored
 
-from plant import MaxwellJoint, MaxwellState, RollingJoint, initial_state, sliding_friction, step_maxwell
+from plant import MaxwellJoint, MaxwellState, RollingJoint, Stribeck, initial_state, sliding_friction, step_maxwell
+from plant.friction import steepest_fall
 from plant.maxwell import KNOTS
 
 FIELDS = {"inertia": 20.0, **FRICTION, "displacements": [3e-4, 1e-3, 2e-3, 4e-3], "shares": [0.4, 0.3, 0.2, 0.1]}
@@ -155,3 +157,13 @@ def test_rolling_friction_is_its_curve_where_elements_slip_and_straight_between(
     assert np.max(curve - found) < 0.05 * 60.0
     assert sum(joint.parameters.shares) == pytest.approx(1.0, rel=1e-12)
     assert min(joint.parameters.shares) > 0.0
+
+
+@pytest.mark.parametrize(("ratio", "factor"), [(1.9, 1.0), (3.0, 1.125)])
+def test_longest_solver_period_is_that_of_the_steepest_element(ratio, factor):
+    fall = steepest_fall(Stribeck(10.0, 10.0 * ratio, 0.0, 0.05, 1.0))
+    fields = {**FIELDS, "coulomb": 10.0, "stiction": 10.0 * ratio, "viscous": 0.0}
+    longest = 0.5 * 20.0 / (factor * fall)
+    MaxwellJoint(**fields, solver_period=0.999 * longest)
+    with pytest.raises(ValidationError, match="solver_period"):
+        MaxwellJoint(**fields, solver_period=1.001 * longest)

@@ -8,6 +8,7 @@ import pytest
 
 from adaptive_ff import WITH_GRAVITY, AdaptiveController, JointGroup
 from adaptive_ff.adaptive.arguments import LARGEST_REGRESSOR, MOST_REGRESSORS
+from adaptive_ff.adaptive.extensions.joints import joints_of_table
 from adaptive_ff.adaptive.prior import wave_place
 from controllers import pi_gains
 
@@ -226,6 +227,8 @@ def test_joints_of_a_group_are_switched_and_restarted_together_or_one_by_one():
     np.testing.assert_allclose(group.step([0.0, 0.0], [0.0, 0.0]), 0.0, atol=1e-9)
     assert learnt(group.estimates) == before
     assert set(group.diagnose()) == {"shoulder", "elbow"}
+    group.reset()
+    assert group.estimates == JointGroup(controllers((0, 0))).estimates
 
 
 def test_group_from_a_file(tmp_path):
@@ -235,6 +238,7 @@ def test_group_from_a_file(tmp_path):
         lines += [f"[joints.{name}]", *(f"{key} = {json.dumps(value)}" for key, value in entry.items())]
     path.write_text("\n".join(lines))
     assert list(JointGroup.from_toml(path).joints) == ["shoulder", "elbow"]
+    assert joints_of_table({"period": PERIOD, "joints": {"alone": JOINT}})[1] is None
     for text in ("period = [", "joints = 3\nperiod = 1.0", "period = 0.01\n[joints.a]\nmass = 3.0"):
         path.write_text(text)
         with pytest.raises(ValueError, match=r"arm\.toml: "):

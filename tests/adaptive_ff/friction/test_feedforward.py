@@ -23,13 +23,17 @@ from adaptive_ff.friction.feedforward import (
     step_feedforward,
     turning_speed,
 )
-from adaptive_ff.friction.model import TorqueModel, directed_friction, model_friction
+from adaptive_ff.friction.model import TorqueModel, directed_friction, model_friction, stribeck_power
 from adaptive_ff.scenario.truth import true_model
 from plant import Stribeck, sliding_friction
 
 MODEL = true_model(SCENARIO)
 COULOMB_VISCOUS = MODEL._replace(stiction=MODEL.coulomb)
 PERIOD = 0.01
+
+
+def test_power_of_the_fastest_speeds_stays_finite():
+    assert [stribeck_power(1e9, 1e-3, shape) for shape in (0.7, 1.0, 2.0)] == [1e4] * 3
 
 
 def static_friction(model, velocity, direction):

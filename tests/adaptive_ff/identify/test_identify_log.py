@@ -13,7 +13,7 @@ from synthetic_logs import JOINT, make_log, sines_log
 from adaptive_ff import InputError, identify_log, load_scenario, simulate
 from adaptive_ff.identify.columns import Map, Shape, unit_torques
 from adaptive_ff.identify.identification import FAMILIES
-from adaptive_ff.identify.motion import Noise, Segment, derivative, lowpass, make_rows, spectrum
+from adaptive_ff.identify.motion import Noise, Segment, derivative, even, lowpass, make_rows, spectrum
 from adaptive_ff.identify.preparation import narrowed, prepare
 from adaptive_ff.identify.result import CARE, GOOD, UNUSABLE
 from adaptive_ff.identify.selection import Estimated, Rule, by_band, is_better
@@ -365,3 +365,8 @@ def test_terms_are_better_where_students_t_and_the_fall_are_those_of_the_rule():
     for factor, better in ((0.999, True), (1.001, False)):
         assert is_better(old, new, Rule(factor * t, 0.0)) == better
         assert is_better(old, new, Rule(0.0, factor * (1.0 - fraction))) == better
+
+
+def test_a_cubic_goes_through_four_samples():
+    time, grid = np.array([0.0, 1.0, 2.5, 4.0]), np.array([0.5, 3.0])
+    assert even(time, time**3 - time, grid) == pytest.approx(grid**3 - grid)

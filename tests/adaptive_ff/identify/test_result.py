@@ -42,6 +42,7 @@ def test_torque_model_and_friction_have_the_values_but_of_a_dip():
     assert list(dips.joint_parameters) == list(HEAVY)
     assert lagged(np.ones(5), 0.01, 0.03) == pytest.approx(np.ones(5))
     assert Map((), 4).names == ("hat_2", "hat_3", "hat_4")
+    assert Map((), 4, -1.0, 2.0).fraction("hat_4", np.array([0.5, 1.5, 2.0, 9.0])).tolist() == [0.0, 0.5, 1.0, 1.0]
 
 
 def test_grade_is_that_of_what_is_left_and_not_known():

@@ -160,6 +160,7 @@ def test_open_loop_has_friction_that_no_scenario_has(friction):
     log, _ = sines_log(friction)
     score = score_log(log.part(slice(0, 7500)), log.part(slice(7500, None)), linear=True)
     assert score.windows < 0.05 * score.moved
+    assert score.linear
     assert not any("lacks" in caution for caution in score.cautions)
 
 
@@ -167,6 +168,8 @@ def test_score_of_the_log_itself_is_said_to_say_nothing(heavy):
     log = heavy[0].part(slice(0, 5000))
     score = score_log(log, log)
     assert any("its error says nothing about other motion" in caution for caution in score.cautions)
+    fast = score_log(log := make_log(6.0, period=0.0005), log)
+    assert fast.simulated.size == fast.time.size == fast.measured.size
 
 
 def test_motion_of_the_scenario_is_that_of_the_log():

@@ -32,6 +32,8 @@ def test_slope_its_standard_error_and_interval_are_those_of_linregress_of_scipy(
     assert fit.values == pytest.approx([oracle.slope, oracle.intercept], rel=1e-12)
     assert fit.standard_errors == pytest.approx([oracle.stderr, oracle.intercept_stderr], rel=1e-12)
     slope = fit.estimate("slope")
+    with pytest.raises(ValueError, match=r"name = 'bend' is not known; allowed: .*slope"):
+        fit.estimate("bend")
     half = stats.t(38).ppf(0.5 + 0.5 * confidence) * oracle.stderr
     assert (slope.lower, slope.upper) == pytest.approx((oracle.slope - half, oracle.slope + half), rel=1e-12)
 

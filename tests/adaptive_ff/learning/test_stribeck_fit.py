@@ -55,7 +55,9 @@ def test_offset_of_the_torque_is_told_from_friction_where_both_directions_are_gi
     slopes = np.column_stack([(curve(BOTH, *(true + h)) - curve(BOTH, *(true - h))) / 2.0 / sum(h) for h in steps])
     least = 1e-9 * np.max(np.abs(torque_of(TRUE, BOTH) - 7.0))  # rounding: the points have no other error
     assert fit.covariance == pytest.approx(least**2 * np.linalg.inv(slopes.T @ slopes), rel=1e-3, abs=1e-22)
-    assert "offset" not in fit_stribeck(SPEEDS, torque_of(TRUE, SPEEDS)).estimates
+    forward = fit_stribeck(SPEEDS, torque_of(TRUE, SPEEDS))
+    assert "offset" not in forward.estimates
+    assert forward.residuals == pytest.approx(np.zeros(SPEEDS.size), abs=1e-8)
 
 
 def test_one_direction_backward_is_as_good_as_forward(noisy_fit):

@@ -95,6 +95,8 @@ def test_torque_is_held_over_the_period_that_ends_and_its_slope_is_regressed_wit
     assert torque == pytest.approx(7.0 * (1.0 - 2.0 * math.exp(-1.0)), rel=1e-12)
     assert row == pytest.approx([0.0, 0.0, 0.0, 0.0, 0.0, -7.0 * 50.0 * math.exp(-1.0)], rel=1e-12)
     assert signals.filters[torque_form.FILTER_TORQUE, 0] == torque
+    torque_form.write_regressors(FORM, signals, longer := np.zeros(7))
+    assert longer.tolist() == [*row, 1.0]
 
 
 POLES = st.floats(1.0, 300.0)

@@ -13,7 +13,7 @@ from adaptive_ff import load_scenario, simulate
 from adaptive_ff.comparison.own import own_controller
 from adaptive_ff.comparison.registry import make_controller
 from adaptive_ff.simulation.experiment import build_setup, empty_record
-from adaptive_ff.simulation.loop import run_plain, start_position
+from adaptive_ff.simulation.loop import is_plain, run_plain, start_position
 from adaptive_ff.simulation.metrics import rms
 from plant import Joint, JointModel, gravity_torque, initial_state, step_joint
 
@@ -258,6 +258,11 @@ def test_changed_joint_moves_as_one_made_with_the_changed_fields(name):
     new = {"inertia": 40.0, "coulomb": 36.0, "stiction": 54.0, "viscous": 192.0, "stribeck_velocity": 0.05}
     after = JointModel(**new, friction_lag=0.01, offset=30.0)
     assert run.velocity == pytest.approx(stepped(run, before, after, 3.0), rel=1e-9, abs=1e-12)
+
+
+@pytest.mark.parametrize(("gravity", "plain"), [(0.0, True), (1.0, False)])
+def test_a_weight_is_no_plain_run(gravity, plain):
+    assert is_plain(build_setup(SCENARIO.modified(joint={"gravity": gravity}))) is plain
 
 
 def test_gravity_and_torque_constant_act_on_the_joint_and_are_not_reported():

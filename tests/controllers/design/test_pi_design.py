@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 import controllers
+from controllers.design.margins import MOST_DELAY, check_design
 
 INERTIA = 20.0
 
@@ -66,6 +67,16 @@ def test_bound_on_the_sensitivity_is_met_by_a_stable_loop_and_no_faster_one_meet
     assert np.max(np.abs(closed_loop_poles(design, 0.01, 0))) < 1.0
     with pytest.raises(ValueError, match="bandwidth"):
         controllers.design_pi(INERTIA, 0.01, 1.01 * design.bandwidth, maximum_sensitivity=sensitivity)
+    with pytest.raises(
+        ValueError, match=r"maximum_sensitivity = 1.0001 is not allowed: even the slowest loop has 1.\d"
+    ):
+        controllers.design_pi(INERTIA, 0.01, maximum_sensitivity=1.0001)
+
+
+def test_longest_delay_is_designed_for():
+    check_design(MOST_DELAY)
+    with pytest.raises(ValueError, match=f"delay = {MOST_DELAY + 1} is not allowed: it must be a whole number"):
+        check_design(MOST_DELAY + 1)
 
 
 @pytest.mark.parametrize("bandwidth", [1.0, 10.0])

@@ -121,6 +121,13 @@ def test_a_loop_of_what_is_not_compiled_runs_as_python_and_one_line_says_so(kern
     assert [each.stderr.count("runs as plain Python: no C compiler is found") for each in found] == [1, 0]
 
 
+def test_a_compiler_that_fails_is_named_with_its_error_and_leaves_nothing(tmp_path):
+    (tmp_path / "bad.c").write_text("int f(void) { return g; }\n")
+    with pytest.raises(compiler.NoCompiler, match=r"^C compiler = .* fails: .*error: .*g"):
+        compiler.compile_files([tmp_path / "bad.c"], tmp_path / "bad.so", ["-shared"])
+    assert [path.name for path in tmp_path.iterdir()] == ["bad.c"]
+
+
 def test_a_step_in_python_is_called_back_and_its_error_is_raised_behind_the_loop():
     seen = []
 

@@ -121,6 +121,8 @@ def kernel_of(lines, tmp_path, monkeypatch, head="def kernel(x, n, t):"):
         ("return Point(x, z=x)", 0, "name every argument"),
         ("return Point(y=x)", 0, "missing a required argument"),
         ("return math.sin(x, x)", 0, "must have 1 arguments"),
+        ("y = x > 0.0\ny += 1.0\nreturn y", 1, "y is no number"),
+        ("return math.sin(x > 0.0)", 0, "math.sin(x > 0.0) is no number"),
         ("return max(x)", 0, "one by one"),
         ("return measure(Point(x), x)", 0, "no kernel is registered"),
         ("a, b = x, x, x\nreturn a", 0, "a value for each"),

@@ -54,6 +54,21 @@ def written(text, tmp_path, monkeypatch, fixed):
     return re.sub(r"MADE_\d+", "MADE", "\n".join([*structs, *(made.text for made in whole.functions.values())]))
 
 
+def test_arrays_of_firmware_do_not_change_their_names_together(tmp_path, monkeypatch):
+    text = "def kernel(x, n, row, table, point):\n    row, x = row, row[0]\n    return x\n"
+    with pytest.raises(NotTranslatable, match="give arrays their names one by one"):
+        written(text, tmp_path, monkeypatch, fixed=True)
+    assert "kernel" in written(text, tmp_path, monkeypatch, fixed=False)
+
+
+@pytest.mark.parametrize("fixed", [False, True])
+def test_what_is_said_of_a_constant_stands_in_firmware_alone(fixed, tmp_path, monkeypatch):
+    text = 'LEVEL = 2.0\n"""How high."""\n\ndef kernel(x):\n    return LEVEL * x\n'
+    unit = Unit(DOUBLE, "x", fixed=fixed)
+    unit.function(from_text(text, tmp_path, monkeypatch).py_func, (type_of(1.0),))
+    assert ("How high." in unit.definitions()) == fixed
+
+
 def test_numbers_are_written_as_c_has_them():
     values = [True, np.bool_(False), -7, np.int64(-(2**63)), 2.0, -1e-7, -0.0, math.nan, math.inf, -math.inf]
     found = [" ".join(precision.literal(value) for value in values) for precision in (DOUBLE, SINGLE)]
