@@ -1,8 +1,9 @@
-"""Suites: their files, their cases, their results; synthetic logs, recorded machines, friction laws on a record."""
+"""Suites: their files, cases, results, fingerprints; synthetic logs, recorded machines, friction laws on a record."""
 
 import json
 import math
 import pickle
+import pkgutil
 import shutil
 from functools import partial
 
@@ -13,6 +14,7 @@ from typer.testing import CliRunner
 from adaptive_ff.errors import InputError
 from adaptive_ff.simulation.tracking_errors import TrackingErrors, ratios
 from benchmarks import __main__ as command
+from benchmarks import fingerprint as module
 from benchmarks import running, suite
 from benchmarks.cases.logs import recorded
 from benchmarks.cases.logs.coverage import repetition, run_driven
@@ -21,7 +23,9 @@ from benchmarks.cases.logs.recorded import DATA, JOBS
 from benchmarks.cases.other_joints import draw
 from benchmarks.cases.situations import named_scenario
 from benchmarks.compare import geometric_mean, moved_lines, summary_lines
+from benchmarks.fingerprint import fingerprint, import_closure
 from benchmarks.friction import laws, picture
+from benchmarks.mutation.operators import EQUIVALENT, mutants
 from benchmarks.results import Result, Row, read_result
 from benchmarks.running import gathered, run_case, run_suite, tracked
 from benchmarks.suite import Case, Suite, load_suite, suite_names
@@ -267,3 +271,63 @@ def test_laws_meet_the_targets_on_the_measured_record():
     assert shares["elasto-plastic"] < 0.25
     figure = picture.draw(every, fits)
     assert [axes.get_title().partition(":")[0] for axes in figure.axes][6:10] == [fit.law for fit in fits]
+
+
+FILES = {
+    "plant/__init__.py": "",
+    "plant/joint.py": '"""A joint."""\ndef step(velocity):\n    """Return it."""\n    return velocity  # as it is\n',
+    "controllers/__init__.pyi": "from .pi import PI as PI\n",
+    "controllers/pi.py": "import plant.joint\n\nPI = plant.joint.step\n",
+    "controllers/other.py": "X = 1\n",
+    "adaptive_ff/run.py": "def run():\n    from controllers import PI\n\n    return PI\n",
+}
+
+
+@pytest.fixture
+def tree(tmp_path, monkeypatch):
+    for name, text in FILES.items():
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / name).write_text(text)
+    monkeypatch.setattr(module, "ROOT", tmp_path)
+    return tmp_path
+
+
+def digest():
+    for cached in (module._imports, module._stub, module._tree_digest):
+        cached.cache_clear()
+    return fingerprint(["adaptive_ff.run"])
+
+
+def test_closure_goes_through_stubs_and_imports_inside_functions(tree):
+    assert import_closure(["adaptive_ff.run"]) == {"adaptive_ff.run", "controllers.pi", "plant.joint"}
+
+
+@pytest.mark.parametrize(
+    ("name", "old", "new", "changes"),
+    [
+        ("plant/joint.py", "A joint.", "Another text.", False),
+        ("plant/joint.py", "  # as it is", "", False),
+        ("plant/joint.py", "return velocity", "return -velocity", True),
+        ("controllers/other.py", "X = 1", "X = 2", False),
+        ("adaptive_ff/run.py", "return PI", "return None", True),
+    ],
+)
+def test_it_changes_with_the_code_that_runs_alone(tree, name, old, new, changes):
+    before = digest()
+    file = tree / name
+    file.write_text(file.read_text().replace(old, new))
+    assert (digest() != before) is changes
+
+
+def test_further_files_count_to_the_byte(tmp_path):
+    scenario = tmp_path / "one.toml"
+    scenario.write_text("seed = 1\n")
+    before = fingerprint(["plant"], [scenario])
+    scenario.write_text("seed = 1 \n")
+    assert fingerprint(["plant"], [scenario]) != before
+
+
+@pytest.mark.parametrize("name", sorted({name for name, _, _ in EQUIVALENT}))
+def test_every_equivalent_mutant_is_one_of_those_that_are_made(name):
+    made = {mutant.key for mutant in mutants(name, pkgutil.resolve_name(name))}
+    assert {key for key in EQUIVALENT if key[0] == name} <= made

@@ -1,8 +1,6 @@
-"""What is bounded in the adaptive controller whatever it is fed, and how it recovers.
+"""The adaptive controller stays bounded, refuses states that cannot be, and learns the same in other units."""
 
-The inputs are adversarial: references, measurements and torques without any relation to a joint.
-"""
-
+import json
 import math
 
 import numpy as np
@@ -12,9 +10,11 @@ from exports import adaptive
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
+from adaptive_ff import AdaptiveController
+from adaptive_ff.adaptive.state_check import SIZES
 from adaptive_ff.friction.model import ESTIMATED, PER_DIRECTION_WITH_GRAVITY
 from adaptive_ff.learning.kalman import LOOP
-from controllers import Inputs
+from controllers import Inputs, pi_gains
 from controllers.arrays import unpacked
 
 LIMIT, FASTEST = 400.0, 0.5
@@ -124,3 +124,128 @@ def test_hours_without_excitation_neither_wind_up_nor_blow_up():
         torques = [abs(controller.step(reference, reference, next_reference=reference)) for _ in range(30_000)]
         assert max(torques[1000:]) <= torques[1000] < 10.0
         check_estimate(controller)
+
+
+def put(tree, path, value):
+    for part in path[:-1]:
+        tree = tree[part]
+    tree[path[-1]] = value
+
+
+@pytest.fixture(scope="module")
+def worked():
+    controller = make("adaptive", SCENARIO)
+    for k in range(20):
+        controller.step(0.01 * k, 0.009 * k)
+    return controller.state_to_json()
+
+
+MEAN = ("estimate", "mean")
+
+
+@pytest.mark.parametrize(
+    ("path", "value", "message"),
+    [
+        (("weight",), 1.5, r"\.weight = 1.5 is not allowed: it must be from 0 to 1"),
+        (("observer", "gain"), 2.0, r"\.observer.gain = 2.0 is not allowed: it must be from 0 to 1"),
+        (("observer", "error"), -1e-9, ": error = -1e-09 is not allowed: it must be zero or more"),
+        *(((name,), -1e19, rf"\.{name} = .* N m is not allowed: at most") for name in SIZES),
+        (("observer", "torque"), -1e19, r"\.observer.torque = .* N m is not allowed: at most"),
+        (("unit",), 0.0, r"\.unit = 0.0 N m is not allowed: it must be above 0"),
+        (("filtered",), 1e6, r"\.filtered = 1000000.0 is not allowed: at most 100000 rad/s"),
+        (("interval", "lost"), 3, r"\.interval is not allowed: samples = "),
+        (("interval", "samples"), 4, r"\.interval is not allowed: samples = 4 must be from 0 to "),
+        (("psi", 1), -1e19, ": psi is not allowed: its numbers must be at most"),
+        (("friction", "lagged", 1), -2e9, r"\.friction is not allowed: what follows a lag or a path"),
+        (("friction", "direction"), -1.1, r"\.friction is not allowed"),
+        (("friction", "held"), -1.1, r"\.friction is not allowed"),
+        ((*MEAN, LOOP), 200.1, r"\.estimate.mean\[2\] = 200.1 is not allowed: it must be from 2 to 200"),
+    ],
+)
+def test_a_state_that_cannot_be_is_refused_with_its_field(path, value, message, worked):
+    saved = json.loads(worked)
+    put(saved["state"], path, value)
+    with pytest.raises(ValueError, match=f"^state{message}"):
+        make("adaptive", SCENARIO).state_from_json(json.dumps(saved))
+
+
+def test_a_state_of_an_older_version_is_refused_and_the_version_named(worked):
+    saved = json.loads(worked) | {"version": 2}
+    with pytest.raises(ValueError, match=r"^version of the state = 2 is not allowed: it must be 8$"):
+        make("adaptive", SCENARIO).state_from_json(json.dumps(saved))
+
+
+def test_a_new_state_is_restored_by_a_controller_with_every_column():
+    columns = {"regressors": 2, "ripple_periods": [0.3], "position_periods": [1.0], "position_hats": 5}
+    new, restored = (adaptive(**columns, load_friction=True) for _ in range(2))
+    text = new.state_to_json()
+    restored.state_from_json(text)
+    assert restored.state_to_json() == text
+
+
+PERIOD = 0.002
+INERTIA, COULOMB, STICTION, VISCOUS, STRIBECK_VELOCITY = 0.5, 2.0, 2.5, 0.2, 0.1
+PEAK = 1.0  # rad/s
+
+
+def torques(torque_unit, angle_unit, count=3000):
+    """Torques, N m, of a joint with a load of 1.5 N m in a loop whose controller has other units.
+
+    The measurement is lost for 0.3 s now and then, and an outer loop corrects the plan.
+    """
+    speed_unit = angle_unit  # a second is a second
+    inertia = INERTIA * torque_unit / angle_unit
+    controller = AdaptiveController(
+        *pi_gains(inertia, 20.0),
+        PERIOD,
+        inertia=inertia,
+        stribeck_velocity=STRIBECK_VELOCITY * speed_unit,
+        torque_limit=20.0 * torque_unit,
+    )
+    noise = np.random.default_rng(1).normal(0.0, 0.002, count)
+    times = PERIOD * np.arange(count + 1)
+    plan = PEAK * (np.sin(2.0 * times) + 0.4 * np.sin(5.1 * times))
+    velocity, error, found = 0.0, 0.0, []
+    for k in range(count):
+        measured = math.nan if k % 1000 > 850 else (velocity + noise[k]) * speed_unit
+        torque = controller.step(
+            float(plan[k]) * speed_unit,
+            measured,
+            next_reference=float(plan[k + 1]) * speed_unit,
+            correction=5.0 * error * speed_unit,
+        )
+        found.append(torque / torque_unit)
+        velocity = moved(velocity, found[-1] - 1.5)
+        error += PERIOD * (plan[k] - velocity)
+    return np.array(found)
+
+
+def moved(velocity, torque):
+    """Velocity after a period, rad/s, by Euler's rule in steps of a quarter."""
+    for _ in range(4):
+        friction = COULOMB + (STICTION - COULOMB) * math.exp(-abs(velocity) / STRIBECK_VELOCITY)
+        net = torque - VISCOUS * velocity
+        if velocity == 0.0 and abs(net) <= friction:
+            return 0.0
+        after = velocity + 0.25 * PERIOD / INERTIA * (net - math.copysign(friction, velocity or net))
+        velocity = 0.0 if after * velocity < 0.0 else after
+    return velocity
+
+
+@pytest.fixture(scope="module")
+def expected():
+    return torques(1.0, 1.0)
+
+
+@pytest.mark.parametrize(
+    ("torque_unit", "angle_unit"),
+    [
+        pytest.param(2.0**-30, 1.0, id="5e-10 kg m^2"),
+        pytest.param(2.0**20, 1.0, id="5e5 kg m^2"),
+        pytest.param(1.0, 2.0**10, id="a spindle"),
+        pytest.param(1.0, 2.0**-17, id="rates of a telescope"),
+    ],
+)
+def test_a_joint_in_other_units_moves_alike(torque_unit, angle_unit, expected):
+    """In units that are powers of two, whose arithmetic is exact but for bounds that stand for rounding."""
+    np.testing.assert_allclose(torques(torque_unit, angle_unit), expected, rtol=0.0, atol=1e-3)

@@ -96,9 +96,6 @@ def test_adversarial_corrections_leave_the_adaptive_part_bounded(name):
         assert abs(adaptive.estimates[parameter]) <= 800.0
 
 
-END = 40.0
-
-
 def weighed(parameters=WITH_GRAVITY, **options):
     return driven_joint.make(parameters, **options)
 

@@ -1,7 +1,8 @@
-"""The text of C that kernels become: numbers, comments, broken lines, expressions, structs and whole functions."""
+"""The text of kernels in C, and where their values lie in memory."""
 
 import math
 import re
+from typing import NamedTuple
 
 import numpy as np
 import pytest
@@ -9,7 +10,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from kernels_from_text import from_text
 
+from controllers.compiled import compiled
 from controllers.kernels.language import NotTranslatable
+from controllers.kernels.memory import Memory
 from controllers.kernels.text import DOUBLE, LARGEST_SINGLE, SINGLE, SMALLEST_SINGLE, comment_lines, wrapped_code
 from controllers.kernels.types import type_of
 from controllers.kernels.unit import Unit
@@ -208,3 +211,68 @@ def test_structs_and_functions_of_firmware_say_what_the_kernel_says_and_name_wha
     assert re.findall(r"\(void\)|/\*", here) == []
     nothing = written("def kernel(x, n, row, t, p):\n    row[0] = x\n", tmp_path, monkeypatch, False)
     assert "KERNEL void kernel(" in nothing
+
+
+class Inner(NamedTuple):
+    flag: bool
+    number: float
+    other: bool
+
+
+class Outer(NamedTuple):
+    first: bool
+    inner: Inner
+    count: int
+    line: tuple[float, ...]
+    vector: np.ndarray
+    again: Inner
+    matrix: np.ndarray
+    last: bool
+
+
+def made():
+    return Outer(
+        True, Inner(False, 1.5, True), -7, (2.0, 3.0), np.arange(3.0), Inner(True, 4.0, False), np.eye(2), True
+    )
+
+
+def read(value):
+    value.vector[0] = 9.0
+    return (
+        value.first,
+        value.inner,
+        value.count,
+        value.line,
+        value.vector[2],
+        value.matrix[1, 1],
+        value.again,
+        value.last,
+    )
+
+
+def test_compiled_code_reads_what_was_laid_down():
+    value = made()
+    found = compiled(read)(value)
+    assert found == (value.first, value.inner, value.count, value.line, 2.0, 1.0, value.again, value.last)
+    assert value.vector[0] == 9.0
+
+
+def test_value_comes_back_with_the_same_arrays():
+    value = made()
+    memory = Memory(value)
+    assert memory.value.vector is value.vector
+    assert memory.value.matrix is value.matrix
+    changed = value._replace(count=8, inner=Inner(True, 2.5, False), vector=np.ones(3))
+    memory.value = changed
+    assert (memory.value.count, memory.value.inner) == (8, changed.inner)
+    assert memory.value.vector is changed.vector
+
+
+def test_numbers_of_numpy_are_those_that_compiled_code_sees():
+    assert Memory(Inner(np.bool_(True), np.float64(2.0), False)).value == (True, 2.0, False)
+
+
+@pytest.mark.parametrize("value", ["text", None, 1j, np.float32(1.0)])
+def test_what_has_no_place_is_refused(value):
+    with pytest.raises(TypeError, match="compiled code takes numbers and arrays"):
+        Memory(Inner(True, value, False))
