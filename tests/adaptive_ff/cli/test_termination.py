@@ -18,7 +18,7 @@ from adaptive_ff.errors import InputError
 from adaptive_ff.studies.sweep import sweep as run_sweep
 from plant import JointModel
 
-pytestmark = pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
+of_posix = pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
 
 COMMAND = """
 import sys, time
@@ -41,6 +41,7 @@ if __name__ == "__main__":
 """
 
 
+@of_posix
 def test_command_that_is_asked_to_end_leaves_nothing_and_waits_for_no_worker(tmp_path):
     script = tmp_path / "command.py"
     script.write_text(COMMAND)
@@ -57,6 +58,7 @@ def test_command_that_is_asked_to_end_leaves_nothing_and_waits_for_no_worker(tmp
     assert content_of(tmp_path) == before
 
 
+@of_posix
 def test_library_installs_no_handler_and_the_command_line_takes_its_own_away():
     assert JointModel is not None  # the packages are imported
     assert signal.getsignal(signal.SIGTERM) == signal.SIG_DFL
@@ -64,6 +66,7 @@ def test_library_installs_no_handler_and_the_command_line_takes_its_own_away():
     assert signal.getsignal(signal.SIGTERM) == signal.SIG_DFL
 
 
+@of_posix
 def test_handler_of_somebody_else_stays():
     def other(number, frame):
         raise AssertionError
@@ -76,6 +79,7 @@ def test_handler_of_somebody_else_stays():
         signal.signal(signal.SIGTERM, signal.SIG_DFL)
 
 
+@of_posix
 def test_a_thread_cannot_handle_signals_and_runs_all_the_same():
     seen = []
 

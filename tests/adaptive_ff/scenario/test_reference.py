@@ -342,11 +342,12 @@ DATA = ROOT.parent / "shared" / "data" / "kuka_kr300"
 AXIS = 3
 LINK_INERTIA = 50.0  # kg m^2, assumed: the source does not hold it
 
-pytestmark = pytest.mark.skipif(
+needs_data = pytest.mark.skipif(
     not DATA.is_dir(), reason=f"the recorded data lie outside the repository and are not there: {DATA}"
 )
 
 
+@needs_data
 def test_scenario_holds_the_figures_of_the_source():
     source = json.loads((DATA / "source_model_parameters.json").read_text(encoding="utf-8"))
     motor_inertia = source["u"][AXIS] ** 2 * source["J_mr"][AXIS]  # on the link side
@@ -361,6 +362,7 @@ def test_scenario_holds_the_figures_of_the_source():
     assert (fixed.coulomb, fixed.viscous) == (joint.coulomb, joint.viscous)
 
 
+@needs_data
 def test_reference_is_the_recorded_motion_until_a_minute_is_over(tmp_path):
     with np.load(DATA / "trajectory_A.npz") as record:
         time, velocity = record["t"], record["dphi_ref_rad_per_s"][:, AXIS]
