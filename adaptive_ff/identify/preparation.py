@@ -105,11 +105,12 @@ def prepare(
     bandwidth: float | None = None,
     torque_delay: float | None = None,
     linear: bool = False,
-    quiet: bool = False,
+    judged: float | None = None,
 ) -> Prepared:
     """Make a log ready, in a band (Hz; the motion's own if none is given) and with the torque late by a delay (s).
 
-    ``quiet`` asks for a motion without the frequencies at which its acceleration is mostly noise.
+    ``judged`` asks for that band (Hz) instead, or the widest there is, and for a motion without the frequencies at
+    which its acceleration is mostly noise.
 
     Raises
     ------
@@ -129,12 +130,14 @@ def prepare(
     # as measured: a velocity that is summed up has lost the noise of its highest frequencies
     measured = even(whole.time[part], whole.motion[part], grid)
     found = spectrum(measured, longest.period, is_position=whole.position is not None)
+    if judged is None:
+        band, widest = choose_band(found, period, bandwidth), math.inf
+    else:
+        band, widest = min(judged, TUNING.sampling_fraction / period), found.quiet
     return Prepared(
         log=whole,
         segments=segments,
-        **_filtered(
-            log.name, segments, choose_band(found, period, bandwidth), found, found.quiet if quiet else math.inf
-        ),
+        **_filtered(log.name, segments, band, found, widest),
         period=longest.period,
         found=found,
         rotary=not linear,

@@ -77,10 +77,18 @@ class Folds(NamedTuple):
 
     def tolerance(self) -> dict[str, float]:
         """Return the fraction of each column that the others do not explain."""
-        gram = self.gram.sum(axis=0)
-        scale = np.sqrt(np.maximum(np.diag(gram), 1e-300))
-        inverse = np.linalg.inv(gram / np.outer(scale, scale) + RIDGE * np.eye(scale.size))
-        return dict(zip(self.names, (1.0 / np.diag(inverse)).tolist(), strict=True))
+        return dict(zip(self.names, tolerance(self.gram.sum(axis=0)).tolist(), strict=True))
+
+
+def tolerance(gram: Array) -> Array:
+    """Return the fraction of each column that the others do not explain, from the products of the columns."""
+    return np.asarray(1.0 / np.diag(np.linalg.inv(_scaled(gram)[0])))
+
+
+def _scaled(gram: Array) -> tuple[Array, Array]:
+    """Return products of columns of unit length, and their lengths."""
+    scale = np.sqrt(np.maximum(np.diag(gram), 1e-300))
+    return gram / np.outer(scale, scale) + RIDGE * np.eye(scale.size), scale
 
 
 def sums(
@@ -114,8 +122,7 @@ def _prior(names: tuple[str, ...], gram: Array, moment: Array, power: float, row
 
 def solve(gram: Array, moment: Array, names: tuple[str, ...], *, bounded: bool = True) -> Array:
     """Return least-squares estimates; what cannot be negative is not."""
-    scale = np.sqrt(np.maximum(np.diag(gram), 1e-300))
-    scaled = gram / np.outer(scale, scale) + RIDGE * np.eye(scale.size)
+    scaled, scale = _scaled(gram)
     right = moment / scale
     values = np.linalg.solve(scaled, right)
     low = np.array([0.0 if name in NOT_NEGATIVE else -np.inf for name in names])

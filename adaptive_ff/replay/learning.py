@@ -11,8 +11,11 @@ from adaptive_ff.learning.kalman import LOOP, Estimate, Modes, Prior, constrain_
 from controllers import compiled
 from controllers.arrays import MutableArray, NDArray, packed, row_of
 
-COLUMNS = ("inertia", "viscous", "coulomb", "stiction", "slow_coulomb", "soft_coulomb")
-"""Names of the first columns; the last two are Coulomb friction that turns over a path."""
+DRY, TURNING = ("coulomb", "stiction"), ("slow_coulomb", "soft_coulomb")
+"""Dry friction, and more of it that turns over a path after a reversal."""
+
+COLUMNS = ("inertia", "viscous", *DRY, *TURNING)
+"""Names of the first columns."""
 
 PATHS = (0.003, 0.02)
 """Their paths, over the way in a second at the usual speed."""

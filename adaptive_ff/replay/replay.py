@@ -17,11 +17,13 @@ from adaptive_ff.friction.model import unit_of
 from adaptive_ff.identify.identification import check_delay, identify_log
 from adaptive_ff.identify.motion import Array, Rows
 from adaptive_ff.identify.preparation import Prepared, prepare
+from adaptive_ff.identify.regression import tolerance
 from adaptive_ff.identify.result import LogIdentification
+from adaptive_ff.identify.selection import COLLINEAR
 from adaptive_ff.identify.units import of_current
 from adaptive_ff.learning.kalman import LOOP, Estimate
 from adaptive_ff.logs.log import Log, check_log
-from adaptive_ff.replay.learning import Learner, columns_of, initial_state, learn, make_learner
+from adaptive_ff.replay.learning import COLUMNS, DRY, TURNING, Learner, columns_of, initial_state, learn, make_learner
 from adaptive_ff.reported import WORTH, Reported
 from adaptive_ff.scenario.axis_units import axis_unit
 from controllers.arrays import packed, unpacked
@@ -40,6 +42,9 @@ SLOW = 0.05
 
 IDENTIFY = ("symmetric", "offset", "directions", "gravity", "directions_and_gravity")
 """What may be learnt."""
+
+HIDDEN = (*TURNING, "lag_slope", "velocity_slope")
+"""Coefficients that are no parameters of a joint."""
 
 FEEDFORWARD = "feedforward"
 """Name in ``Log.extra`` of the machine's own."""
@@ -74,6 +79,7 @@ class Replay(Reported):
     settings: dict[str, Any]  # what was assumed
     notes: list[str]  # what is to be known of the figures
     fixed: LogIdentification | None  # the fixed model: the first half of the log identified
+    unidentified: list[str]  # parameters that the motion does not tell from others
     left: dict[str, Left]  # torque left by feedforward
     series: Series  # torques and estimates over time
     state: str  # state at the end, for the next log
@@ -106,14 +112,15 @@ class Replay(Reported):
         over = {name: left[name] / left[best] for name in (NONE, RECORDED) if name in left and left[best] > 0.0}
         known = ("inertia", "stribeck_velocity")
         given = [name for name in known if self.settings[name] is not None]
-        learnt = [name for name in next(iter(self.series.estimates.values())) if name not in given]
+        apart = {*given, *self.unidentified}
         return {
             "best": best,
             "over_none": over.get(NONE),
             "over_recorded": over.get(RECORDED),
             "worth": over.get(NONE, 1.0) > WORTH,
             "given": given,
-            "identified": learnt,
+            "unidentified": self.unidentified,
+            "identified": [name for name in next(iter(self.series.estimates.values())) if name not in apart],
         }
 
     def state_to_json(self) -> str:
@@ -198,8 +205,7 @@ def replay_log(
     gravity = "gravity" in identify
     if (gravity or ripple_periods) and log.position is None:
         raise InputError(f"{log.name}: gravity and ripples are learnt over a position; the log has none")
-    judged = min(band, 0.2 / float(np.median(np.abs(np.diff(log.time))))) if log.time.size > 1 else band
-    prepared = prepare(log, bandwidth=judged, torque_delay=torque_delay, linear=linear, quiet=True)
+    prepared = prepare(log, judged=band, torque_delay=torque_delay, linear=linear)
     learner = make_learner(
         fast=prepared.fast,
         torque=float(np.std(prepared.torque)),
@@ -231,6 +237,8 @@ def replay_log(
         note,
         *map(sentence, prepared.said),
     ]
+    if prepared.band < band:
+        notes.append(f"The band is {prepared.band:.3g} Hz, a fifth of the sampling frequency, and not {band:.3g} Hz.")
     if fixed is not None and not gravity and "gravity_sine" in fixed.best.values:
         notes.append("The fixed model holds gravity; for the adaptive one it is --identify gravity.")
     worse = [name for name, torque in left.items() if torque.whole > left[NONE].whole]
@@ -246,6 +254,7 @@ def replay_log(
         settings={**given, "memory": memory or MEMORY, "identify": identify, "ripple_periods": list(ripple_periods)},
         notes=notes,
         fixed=fixed,
+        unidentified=_unidentified(prepared, learner),
         left=left,
         series=series,
         state=_state_to_json(learner, started.get(SAVED, started[COLD])),
@@ -272,6 +281,15 @@ def _replayed(
     return found
 
 
+def _unidentified(prepared: Prepared, learner: Learner) -> list[str]:
+    """Return the parameters whose columns the others explain: dry friction is all of it, and its shape as assumed."""
+    columns = np.concatenate([rows.in_band(columns_of(learner, rows))[rows.kept] for rows in prepared.rows])[:, :-2]
+    dry, turning = ([COLUMNS.index(name) for name in some] for some in (DRY, TURNING))
+    columns[:, turning] -= columns[:, dry].sum(axis=1, keepdims=True)
+    names = zip(learner.names, tolerance(columns.T @ columns), strict=False)
+    return [name for name, own in names if own < COLLINEAR and name not in TURNING]
+
+
 def _judged(
     prepared: Prepared,
     needed: list[Array],
@@ -296,11 +314,10 @@ def _judged(
     histories = {}
     for which, parts in estimates.items():
         values = np.vstack([part[cut] for part, cut in zip(parts, inner, strict=True)])
-        hidden = ("lag_slope", "velocity_slope")
-        found = {name: values[:, k] for k, name in enumerate(learner.names) if name not in hidden}
-        turning = found.pop("slow_coulomb") + found.pop("soft_coulomb")  # over a path after a reversal
-        found["coulomb"], found["stiction"] = found["coulomb"] + turning, found["stiction"] + turning
-        histories[which] = found
+        found = {name: values[:, k] for k, name in enumerate(learner.names)}
+        turning = sum(found[name] for name in TURNING)
+        found |= {name: found[name] + turning for name in DRY}
+        histories[which] = {name: one for name, one in found.items() if name not in HIDDEN}
     time = np.concatenate([one.time[cut] for one, cut in zip(rows, inner, strict=True)])
     return left, Series(time, torque, shown, histories)
 

@@ -99,7 +99,7 @@ def changes_of(scenario: Scenario) -> tuple[list[tuple[float, Look]], list[Look]
     marks = [(change.time, CHANGE) for change in scenario.change]
     kinds = {name for change in scenario.change for name in change.model_fields_set}
     several = "friction changes" if kinds <= {"time", "friction_scale"} else "the joint changes"
-    label = scenario.change[0].text if len(marks) == 1 else several
+    label = axis_unit(scenario.joint.axis, scenario.change[0].text) if len(marks) == 1 else several
     explained: Look = {**CHANGE, "label": label}
     return marks, [explained] if marks else []
 

@@ -151,7 +151,8 @@ def replay_lines(found: Mapping[str, Any]) -> list[str]:
     if found["over_recorded"] is not None and found["best"] != "recorded":
         first += f", {found['over_recorded']:.3g} times less than with the machine's own"
     step = "adaptive-ff identify, then export the controller with its scenario.toml"
-    return [f"{first} (second half). Next: {step}.", parameters_line(found["given"], found["identified"])]
+    rest = found["given"] + found["unidentified"]
+    return [f"{first} (second half). Next: {step}.", parameters_line(rest, found["identified"])]
 
 
 def is_mapped(name: str) -> bool:

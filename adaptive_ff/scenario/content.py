@@ -9,6 +9,7 @@ from pydantic import Field, TypeAdapter, field_validator, model_validator
 from pydantic_core import PydanticCustomError
 
 from adaptive_ff.errors import InputError
+from adaptive_ff.scenario.axis_units import axis_unit
 from adaptive_ff.scenario.plausibility import default_peak
 from adaptive_ff.scenario.reference import SHORTEST, Motion, Multisine, Recorded
 from adaptive_ff.scenario.series import size_and_lost_fraction
@@ -211,8 +212,9 @@ class Content(StrictTable):
         if not math.isfinite(size):
             raise InputError("reference: its velocity does not stay finite; its values must be smaller")
         if lost > LOST_BETWEEN_SAMPLES and self.samples > 1:
+            speed = axis_unit(self.joint.axis, "rad/s")
             raise InputError(
-                f"reference: {lost * size:.3g} of {size:.3g} rad/s (rms) lie between the samples; the reference must "
+                f"reference: {lost * size:.3g} of {size:.3g} {speed} (rms) lie between the samples; the reference must "
                 f"be slow against sampling.period = {self.sampling.period:g} s"
             )
         return unit, factor
@@ -220,7 +222,7 @@ class Content(StrictTable):
     def _unit_motion(self) -> tuple[NDArray[np.float64], float, float]:
         """Return the reference before its peak is chosen, its size (rms), and the fraction lost between samples."""
         if self.motion is not None:  # its file may change from one reading to the next
-            unit = self.motion.velocity(self.times())
+            unit = self.motion.velocity(self.times(), axis_unit(self.joint.axis, "rad/s"))
             return unit, *size_and_lost_fraction(unit, self.sample_steps)
         seed = self.seed if isinstance(self.reference, Multisine) else 0  # nothing else is drawn
         text = self.reference.model_dump_json()

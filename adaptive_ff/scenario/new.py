@@ -72,6 +72,8 @@ def new_scenario_text(
     optional = {"gear_ratio": gear_ratio, **({} if encoder is None else {"encoder": encoder.counts})}
     optional["velocity_cutoff"] = None if encoder is None else encoder.cutoff
     check_positive(**given, **{name: one for name, one in optional.items() if one is not None})
+    if encoder is not None and encoder.counts < 1.0:
+        raise InputError(f"encoder = {encoder.counts:g} is not allowed: it must be one count or more")
     if not 0.0 <= delay < math.inf:
         raise InputError(f"delay = {delay:g} s is not allowed: it must be zero or more and finite")
     if encoder is not None and encoder.at_motor and gear_ratio is None:

@@ -129,8 +129,8 @@ class Motion:
             raise InputError(f"{name}: no smooth curve goes through the values: {error}") from error
         self._velocity = curve.derivative() if is_position else curve
 
-    def velocity(self, time: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the velocity (rad/s) at ascending times (s) from zero; beyond its end the motion repeats."""
+    def velocity(self, time: NDArray[np.float64], unit: str = "rad/s") -> NDArray[np.float64]:
+        """Return the velocity, in a unit, at ascending times (s) from zero; beyond its end the motion repeats."""
         end = self.duration * (1.0 + 1e-9)
         moment = np.where(time <= end, np.minimum(time, self.duration), np.mod(time, self.duration))
         velocity: NDArray[np.float64] = self._velocity(moment)
@@ -138,7 +138,7 @@ class Motion:
             seam = abs(float(self._velocity(self.duration) - self._velocity(0.0)))
             if seam > LARGEST_SEAM * float(np.max(np.abs(velocity))):
                 warnings.warn(
-                    f"{self.name}: the motion is repeated every {self.duration:g} s, but ends {seam:.3g} rad/s away "
+                    f"{self.name}: the motion is repeated every {self.duration:g} s, but ends {seam:.3g} {unit} away "
                     "from where it starts: the reference jumps there",
                     stacklevel=2,
                 )

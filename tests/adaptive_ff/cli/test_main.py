@@ -140,13 +140,14 @@ def test_what_is_probably_not_meant_is_warned_of_and_runs(tmp_path, without_pict
     assert len(outcome.warnings) == 1
 
 
-def test_seam_of_a_repeated_motion_is_warned_of(tmp_path, without_pictures):
-    scenario = write_scenario(tmp_path, {**short(), "duration": 9.0})
+@pytest.mark.parametrize(("axis", "unit"), [("rotary", "rad/s"), ("linear", "m/s")])
+def test_seam_of_a_repeated_motion_is_warned_of(tmp_path, without_pictures, axis, unit):
+    scenario = write_scenario(tmp_path, changed({**short(), "duration": 9.0}, "joint.axis", axis))
     motion = motion_file(tmp_path, ["0,0", "1,0.1", "2,0.1", "3,0.1"])
     outcome = run_command_line("compare", scenario, "--reference", motion, "--out", tmp_path / "out")
     assert (outcome.status, outcome.messages) == (0, [])
     assert set(outcome.warnings) == {
-        f"adaptive-ff: warning: {motion}: the motion is repeated every 3 s, but ends 0.1 rad/s away from where it "
+        f"adaptive-ff: warning: {motion}: the motion is repeated every 3 s, but ends 0.1 {unit} away from where it "
         "starts: the reference jumps there"
     }
 

@@ -50,6 +50,24 @@ def test_standstill_is_held_and_teaches_nothing():
     assert found.series.feedforward["adaptive"][late] == pytest.approx(1.0, abs=0.01)
 
 
+@pytest.mark.parametrize(
+    ("drift", "identify", "one_number"),
+    [(3.7, "offset", {"coulomb", "stiction", "offset"}), (3.7, "symmetric", set()), (0.0, "directions", set())],
+)
+def test_what_one_way_motion_does_not_tell_apart_is_not_identified(drift, identify, one_number):
+    log, _ = sines_log(lambda q, w: 0.8 * np.sign(w), rate=200)
+    found = replay_log(replace(log, position=log.position + drift * log.time), identify=identify).verdict
+    assert set(found["unidentified"]) == one_number
+    assert {"inertia", "viscous"} <= set(found["identified"])
+    assert not set(found["identified"]) & one_number
+
+
+def test_band_beyond_a_fifth_of_the_sampling_frequency_is_said():
+    log = make_log(period=0.02, duration=20.0)
+    assert "The band is 10 Hz, a fifth of the sampling frequency, and not 20 Hz." in replay_log(log).notes
+    assert not [note for note in replay_log(log, band=10.0).notes if note.startswith("The band is")]
+
+
 def test_torque_of_something_else_is_said():
     log = make_log(duration=10.0)
     noise = 5.0 * np.random.default_rng(3).standard_normal(log.time.size)

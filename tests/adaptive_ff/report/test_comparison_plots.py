@@ -10,7 +10,7 @@ import pytest
 
 from adaptive_ff import Comparison, InputError, __version__, compare, load_scenario, simulate
 from adaptive_ff.friction.model import model_friction
-from adaptive_ff.report.comparison_pictures import plot_comparison, plot_run
+from adaptive_ff.report.comparison_pictures import changes_of, plot_comparison, plot_run
 from adaptive_ff.report.study_pictures import plot_sweep
 from adaptive_ff.simulation.metrics import Metrics
 from adaptive_ff.studies.sweep import Outcome
@@ -75,6 +75,12 @@ def test_every_picture_names_its_scenario_seed_and_version(comparison, figures):
     single = plot_run(comparison.runs["pi"])
     for figure in (*figures.values(), single):
         assert figure.get_supxlabel() == f"built-in scenario, changed, seed 1, adaptive-ff {__version__}"
+
+
+@pytest.mark.parametrize(("axis", "unit"), [("rotary", "N m"), ("linear", "N")])
+def test_a_change_of_the_load_has_the_unit_of_its_axis(axis, unit):
+    scenario = SHORT.modified(joint={"axis": axis}, change=[{"time": 4.0, "load": 3.0}])
+    assert [look["label"] for look in changes_of(scenario)[1]] == [f"load 3 {unit}"]
 
 
 def test_estimates_stand_in_bands_of_their_uncertainty(comparison, figures):

@@ -94,6 +94,7 @@ def test_loop_that_is_too_fast_for_its_encoder_is_warned_of(tmp_path, without_pi
         (("--velocity-cutoff", "3"), "--velocity-cutoff and --encoder-side need an --encoder"),
         (("--encoder", "4096", "--encoder-side", "motor"), "gear_ratio is missing; it must be given for an encoder on"),
         (("--encoder", "0"), "encoder = 0 is not allowed: it must be positive and finite"),
+        (("--encoder", "0.5"), "encoder = 0.5 is not allowed: it must be one count or more"),
         (("--encoder", "9", "--velocity-cutoff", "nan"), "velocity_cutoff = nan is not allowed"),
         (("--delay", "-1"), "delay = -1 s is not allowed: it must be zero or more and finite"),
         (("--delay", "0.00012345"), "delay = 0.00012345 s is not allowed: it must be a whole number of thousandths"),
