@@ -4,8 +4,8 @@ Controllers, joint and sensor run in the browser from the kernels of this packag
 design of the loop, what ``AdaptiveController`` computes when it is made) the page does not do anew: it holds what the
 package computed for every stop of every slider. That is possible because no two sliders change the same number, which
 :func:`_machine` checks. References are held as integers of ``2^-44`` of their peak, 6e-14 of it; functions such as
-``exp`` are those of musl, where a machine has those of its own C library. Both together move the series that a run
-gives by less than 1e-9 of their largest values: some 1e-10 of the built-in scenario.
+``exp`` are those of the browser, where a machine has those of its C library. Both together move the series that a run
+gives by less than 1e-8 of their largest values: some 2e-9 of the built-in scenario.
 """
 
 import base64

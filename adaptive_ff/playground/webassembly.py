@@ -36,8 +36,9 @@ STATE, POSITION, STOP = 1, 3, 4
 RUNNING = (STATE, POSITION)
 """What a run changes and the next one begins anew."""
 
-TARGET = ("-target", "wasm32-wasi", "-mexec-model=reactor", "-s", "-Wl,--export-dynamic,--export=__heap_base")
-"""Flags beside those of kernels: the C library is linked, and nothing of an operating system is asked for."""
+TARGET = ("-target", "wasm32-wasi", "-mexec-model=reactor")
+LINKED = (*TARGET, "-nostdlib", "-s", "-Wl,--no-entry,--export-dynamic,--export=__heap_base,--import-symbols")
+"""Flags without a C library, which zig would compile first: functions such as ``exp`` are imported from the browser."""
 
 
 class Leaf(NamedTuple):
@@ -154,11 +155,13 @@ def webassembly(runs: Mapping[str, tuple[Any, ...]]) -> bytes:
         kernel = run_plain if len(arguments) == 6 else run_with_deviations
         texts.append(entry_text(unit, kernel, tuple(map(type_of, arguments)), name)[0])
     text = file_text(unit, texts)
-    flags = [*TARGET, *(flag for flag in FLAGS if flag != "-fPIC")]
-    module = cache_directory() / f"playground-{hashlib.sha256(f'{flags} {text}'.encode()).hexdigest()[:16]}.wasm"
+    flags = [*TARGET, "-c", "-mbulk-memory", *(flag for flag in FLAGS if flag != "-fPIC")]
+    key = hashlib.sha256(f"{flags} {LINKED} {text}".encode()).hexdigest()[:16]
+    module = cache_directory() / f"playground-{key}.wasm"
     if not module.exists():
         with tempfile.TemporaryDirectory(dir=cache_directory()) as place:
-            source = Path(place, "playground.c")
+            source, compiled = Path(place, "playground.c"), Path(place, "playground.o")
             source.write_text(text, encoding="ascii")
-            compile_files([source], module, flags, ZIG_COMPILER)
+            compile_files([source], compiled, flags, ZIG_COMPILER)
+            compile_files([compiled], module, LINKED, ZIG_COMPILER)
     return module.read_bytes()

@@ -85,7 +85,7 @@ def compile_files(
         raise NoCompiler("no C compiler is found: install one, name it in the variable CC, or pip install ziglang")
     extra = [*(ZIG if "ziglang" in command else ()), *shlex.split(os.environ.get("ADAPTIVE_FF_CFLAGS", ""))]
     part = target.with_name(f"{target.name}.{os.getpid()}.part")
-    line = [*command, *flags, *extra, *map(str, sources), "-o", str(part), "-lm"]
+    line = [*command, *flags, *extra, *map(str, sources), "-o", str(part), *([] if "-nostdlib" in flags else ["-lm"])]
     done = subprocess.run(line, capture_output=True, text=True, check=False)
     if done.returncode:
         part.unlink(missing_ok=True)
