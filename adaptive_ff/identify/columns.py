@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import scipy
 
-from adaptive_ff.friction.columns import COULOMB, PATHS, STICTION, Curve, Hypothesis, columns_along
+from adaptive_ff.friction.columns import COULOMB, PATHS, STICTION, VISCOUS, Curve, Hypothesis, columns_along
 from adaptive_ff.identify.motion import Array, Rows, derivative
 
 TEXTBOOK = ("inertia", "coulomb", "viscous", "offset")
@@ -22,19 +22,21 @@ CARRIED = ("inertia", *GRAVITY)
 ASYMMETRY = "viscous_asymmetry"
 """What friction differs by between both directions."""
 
-DRY = frozenset({"coulomb", "stiction_excess", "load_friction"})
-"""Terms of dry friction, beside those of a map of it."""
-
-VISCOUS = frozenset({"viscous", ASYMMETRY})
-"""Terms of viscous friction, which follow with the lag as well, equation (1)."""
+FRICTION = frozenset({"coulomb", "stiction_excess", "load_friction", "viscous", ASYMMETRY})
+"""Terms of friction, beside those of a map of it."""
 
 NO_LAG, NO_SPEED = 1e-6, 1e-9
 """Friction lag, s, and Stribeck velocity, rad/s, of a model that has none."""
 
 
 def is_friction(name: str) -> bool:
-    """Return whether a term is friction."""
-    return name in DRY | VISCOUS or name.startswith("friction_")
+    """Tell whether a term is friction."""
+    return name in FRICTION or name.startswith("friction_")
+
+
+def is_mapped(name: str) -> bool:
+    """Tell whether a parameter is a part of friction or force over position."""
+    return name.startswith(("force_", "friction_")) and name != "friction_lag"
 
 
 class Shape(NamedTuple):
@@ -87,25 +89,9 @@ class Map(NamedTuple):
 
 def unit_torques(rows: Rows, names: tuple[str, ...], shape: Shape, place: Map) -> Array:
     """Return the unit torques in the band at the rows that slide, one column a name."""
-    dry = _dry(rows, shape, place) if any(name in DRY or name.startswith("friction_") for name in names) else {}
-    columns = [dry[name] if name in dry else _unit(rows, name, place) for name in names]
-    columns = [
-        lagged(column, rows.period, shape.friction_lag) if name in VISCOUS else column
-        for name, column in zip(names, columns, strict=True)
-    ]
+    friction = _friction(rows, shape, place) if any(map(is_friction, names)) else {}
+    columns = [friction[name] if name in friction else _unit(rows, name, place) for name in names]
     return np.asarray(rows.in_band(np.column_stack(columns))[rows.kept])
-
-
-def lagged(values: Array, period: float, lag: float) -> Array:
-    """Return what a first-order lag makes of a series, exact for one that is linear between samples."""
-    if lag <= 0.0:
-        return values
-    decay = math.exp(-period / lag)
-    fraction = lag / period * (1.0 - decay)
-    gains = [1.0 - fraction, fraction - decay]
-    state = np.array([values[0] - gains[0] * values[0]])
-    result: Array = scipy.signal.lfilter(gains, [1.0, -decay], values, zi=state)[0]
-    return result
 
 
 def _unit(rows: Rows, name: str, place: Map) -> Array:
@@ -114,8 +100,6 @@ def _unit(rows: Rows, name: str, place: Map) -> Array:
         return place.fraction(name.removeprefix("force_"), rows.position)
     units: dict[str, Callable[[], Array]] = {
         "inertia": lambda: derivative(rows.velocity, rows.period),
-        "viscous": lambda: rows.velocity,
-        "viscous_asymmetry": lambda: np.abs(rows.velocity),
         "offset": lambda: np.ones_like(rows.velocity),
         "gravity_sine": lambda: np.sin(rows.position),
         "gravity_cosine": lambda: np.cos(rows.position),
@@ -124,22 +108,23 @@ def _unit(rows: Rows, name: str, place: Map) -> Array:
     return units[name]()
 
 
-def _dry(rows: Rows, shape: Shape, place: Map) -> dict[str, Array]:
-    """Return the columns of dry friction, which remember the motion: those of the friction hypothesis."""
+def _friction(rows: Rows, shape: Shape, place: Map) -> dict[str, Array]:
+    """Return the columns of friction, which remember the motion: those of the friction hypothesis."""
     spaced = (place.high - place.low) / max(place.hats - 1, 1)
     waves = np.array([2.0 * np.pi / period for period in place.periods])
     paths = np.array([shape.path] if shape.path else [])
-    hypothesis = Hypothesis(1.0, paths, False, np.empty(0), waves, place.hats, place.low, spaced, True, 0, 1.0)
+    hypothesis = Hypothesis(1.0, paths, True, np.empty(0), waves, place.hats, place.low, spaced, True, 0, 1.0)
     curve = Curve(max(shape.friction_lag, NO_LAG), shape.stribeck_velocity or NO_SPEED, 1.0, 1.0, 1.0, 0.0)
     load = rows.known
     if shape.load:
         load = rows.in_band(np.column_stack([_unit(rows, name, place) for name in CARRIED])) @ np.array(shape.load)
     columns = columns_along(hypothesis, curve, rows.between(), rows.period, rows.position, load)
-    # as large as the expected sign of the velocity, given the measured one
-    columns *= scipy.special.erf(np.abs(rows.velocity) / (math.sqrt(2.0) * max(rows.noise, NO_SPEED)))[:, np.newaxis]
-    coulomb = columns[:, PATHS] if shape.path else columns[:, COULOMB] + columns[:, STICTION]
-    further = iter(columns.T[PATHS + paths.size :])
-    found = {"coulomb": coulomb, "stiction_excess": columns[:, STICTION]}
+    # dry friction is as large as the expected sign of the velocity, given the measured one
+    dry = columns.T * scipy.special.erf(np.abs(rows.velocity) / (math.sqrt(2.0) * max(rows.noise, NO_SPEED)))
+    first = PATHS + paths.size
+    found = {"viscous": columns[:, VISCOUS], ASYMMETRY: columns[:, first + 1], "stiction_excess": dry[STICTION]}
+    found["coulomb"] = dry[PATHS] if shape.path else dry[COULOMB] + dry[STICTION]
+    further = iter(dry[first + 2 :])
     for number in range(1, len(place.periods) + 1):
         found[f"friction_sine_{number}"], found[f"friction_cosine_{number}"] = next(further), next(further)
     for number in range(1, place.hats + 1):

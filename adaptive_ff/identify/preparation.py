@@ -118,7 +118,7 @@ def prepare(
         The log is too short, does not move, has no torque, or the band is not allowed.
     """
     _check(log)
-    whole, done = clean(log, linear=linear)
+    whole, said = clean(log, linear=linear)
     period = median_step(whole)
     ranges, skipped = usable_segments(whole, 32)
     spans = [slice(one.start, one.stop) for one in ranges]
@@ -144,7 +144,7 @@ def prepare(
         delay_known=torque_delay is not None,
         used=sum(map(len, ranges)),
         skipped=skipped,
-        said=[sentence for row in done for sentence in row.said],
+        said=said,
     )
 
 

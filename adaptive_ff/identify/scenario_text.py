@@ -10,7 +10,7 @@ from adaptive_ff.files import template
 from adaptive_ff.friction.model import TorqueModel
 from adaptive_ff.identify.columns import ASYMMETRY
 from adaptive_ff.identify.motion import Array
-from adaptive_ff.identify.result import LogIdentification
+from adaptive_ff.identify.result import LARGEST_FRACTION, LogIdentification
 from adaptive_ff.scenario.content import MAIN_JOB
 from adaptive_ff.scenario.file import toml_value, with_comment
 from plant.lugre import LuGreJoint
@@ -20,9 +20,6 @@ BANDWIDTH, PERIODS = 10.0, 0.1
 
 SOLVER_STEP, SOLVER_TIMES = 0.001, (1, 2, 4, 8, 16)
 """Longest solver period, s, and over how many times as many steps a joint on bristles is solved."""
-
-MOST_VARIED = 0.9
-"""Largest variation of the simulated friction over position, as a fraction."""
 
 SEAM = 1e-3
 """Difference of the velocities at both ends of the motion from which on they are joined, over the largest speed."""
@@ -148,7 +145,7 @@ def _beside_friction(found: LogIdentification) -> tuple[dict[str, Any], dict[str
     coulomb = found.value("coulomb")
     if waves["friction"] and coulomb > 0.0:
         size, period = max(waves["friction"])
-        variation |= {"position_amplitude": min(size / coulomb, MOST_VARIED), "position_period": period}
+        variation |= {"position_amplitude": min(size / coulomb, LARGEST_FRACTION), "position_period": period}
     if found.gravity[0] > 0.0 and found.best.model.shape.load and coulomb > 0.0:
         variation["load_share"] = max(0.0, found.value("load_friction")) / coulomb
     simulated: dict[str, Any] = {"variation": variation} if variation else {}

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from adaptive_ff.errors import InputError
-from adaptive_ff.identify.columns import ASYMMETRY
+from adaptive_ff.identify.columns import ASYMMETRY, is_mapped
 from adaptive_ff.identify.identification import identify_log
 from adaptive_ff.identify.motion import Array, cut_edges, derivative, lowpass
 from adaptive_ff.identify.preparation import prepare
@@ -32,10 +32,6 @@ STEP = 1e-3
 
 FOLLOWS, DRIFTS = 0.1, 0.5
 """Error in the windows over the motion in them, up to which the model follows, and up to which it drifts only."""
-
-
-LACKS = ("force_", "friction_hat", "friction_sine", "friction_cosine", "path")
-"""What names of parameters begin with that the simulated joint has not."""
 
 
 class Beside(NamedTuple):
@@ -162,8 +158,8 @@ def score_log(train: Log, test: Log, **given: Any) -> Score:
     training = _simulated(found, train, delay)
     other = training if same else _simulated(found, test, delay)
     deviation = float(np.std(other["measured"]))
-    said, own_load = list(found.cautions), bool(found.best.model.shape.load)
-    lacks = [one for one in found.best.values if one.startswith(LACKS) or (one == "load_friction" and not own_load)]
+    said, lacking = list(found.cautions), ("path",) if found.best.model.shape.load else ("path", "load_friction")
+    lacks = [one for one in found.best.values if is_mapped(one) or one in lacking]
     if lacks:
         said.append(f"{train.name}: the model has as well, and the simulated joint lacks: {', '.join(lacks)}")
     if same:

@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING
 
 from adaptive_ff.errors import InputError, check_positive
 from adaptive_ff.files import template
+from adaptive_ff.identify.columns import is_mapped
 
 if TYPE_CHECKING:
     from adaptive_ff.identify.result import LogIdentification
@@ -25,11 +26,8 @@ if TYPE_CHECKING:
 EARTH = 9.81
 """Acceleration of gravity, m/s^2."""
 
-MAPS = ("friction_cosine", "friction_sine", "friction_hat", "force_")
-"""Beginnings of the names of a torque over the position."""
-
-NOT_EXPRESSED = ("friction_lag", "path", "load_friction", "viscous_asymmetry", "torque_delay", *MAPS)
-"""Beginnings of the names of what no engine has."""
+NOT_EXPRESSED = ("friction_lag", "path", "load_friction", "viscous_asymmetry", "torque_delay")
+"""What no engine has, beside a torque over the position."""
 
 GEARED = {"coulomb": 1, "stiction": 1, "stiction_excess": 1, "offset": 1, "path": -1, "stribeck_velocity": -1}
 GEARED |= dict.fromkeys(("inertia", "viscous", "viscous_asymmetry"), 2)
@@ -57,7 +55,7 @@ def simulator_text(found: "LogIdentification", kind: str, *, gear_ratio: float =
     found.check_joint("joint of a simulator")
     model = found.torque_model(1.0 if found.units["torque"] == "A" else None)
     own = found.best.values | model._asdict()
-    joint = {name: value * gear_ratio ** GEARED.get(name, int(name.startswith(MAPS))) for name, value in own.items()}
+    joint = {name: value * gear_ratio ** GEARED.get(name, int(is_mapped(name))) for name, value in own.items()}
     joint["gravity"] = found.gravity[0] * gear_ratio
     mass, centre = _weight(joint["inertia"], joint["gravity"], found.gravity[1])
     lines = [f"Joint identified from {found.source}: {found.grade}."]
@@ -82,7 +80,7 @@ def _not_expressed(found: "LogIdentification", joint: dict[str, float], kind: st
         lost.append(f"stiction {joint['stiction']:.4g} with a Stribeck velocity of {joint['stribeck_velocity']:.4g}")
     if joint.get("stiction_excess", 0.0) < 0.0:
         lost.append(f"friction that is {-joint['stiction_excess']:.4g} less at low speed")
-    beside = [name for start in NOT_EXPRESSED for name in found.best.values if name.startswith(start)]
+    beside = [name for name in found.best.values if name in NOT_EXPRESSED or is_mapped(name)]
     lost += [f"{name.replace('_', ' ')} {joint[name]:.4g}" for name in beside if joint[name]]
     lost += [f"{name}, which is not identified" for name in found.unidentified]
     if joint["offset"]:

@@ -1,9 +1,8 @@
-"""What is wrong with a log is mended where it is certain, and said: one table of steps, each with its own sentence."""
+"""What is wrong with a log is mended where it is certain, and said: step by step, each with its own sentences."""
 
 import math
 from collections.abc import Callable
 from dataclasses import replace
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,28 +16,19 @@ Done = tuple[Log, list[str]]
 """A log after a step, and what is said of it."""
 
 
-class Row(NamedTuple):
-    """What a step did: its name, the rows that it left out, and its sentences."""
-
-    step: str
-    left_out: int
-    said: list[str]
-
-
-def clean(log: Log, *, linear: bool = False) -> tuple[Log, list[Row]]:
-    """Return a log without what no machine does, and what each step did; the position of a linear axis does not wrap.
+def clean(log: Log, *, linear: bool = False) -> Done:
+    """Return a log without what no machine does, and what is said of it; the position of a linear axis does not wrap.
 
     Raises
     ------
     InputError
         The clock does not go forward, or the sample time is a second or more.
     """
-    rows = []
-    for name, step in STEPS.items():
-        if not (name == "wraps" and linear):
-            before = log.time.size
-            log, said = step(log)
-            rows += [Row(name, before - log.time.size, said)] if said else []
+    said = []
+    for step in STEPS:
+        if not (linear and step is without_wraps):
+            log, more = step(log)
+            said += more
     period = median_step(log)
     if period >= TUNING.slowest:
         units = {"milliseconds": "1e-3", "microseconds": "1e-6", "nanoseconds": "1e-9"}
@@ -48,7 +38,7 @@ def clean(log: Log, *, linear: bool = False) -> tuple[Log, list[Row]]:
             f"{log.name}: the sample time is {period:.4g} s; it must be less than {TUNING.slowest:g} s: "
             f"is the time in {' or '.join(fitting)}? Then {log.scaling('time', *fitting.values())}"
         )
-    return log, rows
+    return log, said
 
 
 def with_clear_clock(log: Log) -> Done:
@@ -313,14 +303,14 @@ def left_out(log: Log, rows: NDArray[np.bool_], why: str) -> Done:
     return (log.part(~rows), [f"{counted(count, 'row')} left out: {why}"]) if count else (log, [])
 
 
-STEPS: dict[str, Callable[[Log], Done]] = {
-    "duplicate stamps": with_clear_clock,
-    "repeated rows": without_repeated_rows,
-    "gaps": without_gaps,
-    "missing values": without_missing_values,
-    "wraps": without_wraps,
-    "spikes": without_spikes,
-    "limits": at_limit,
-    "jumps": at_jumps,
-}
-"""Steps by name, in order."""
+STEPS: tuple[Callable[[Log], Done], ...] = (
+    with_clear_clock,
+    without_repeated_rows,
+    without_gaps,
+    without_missing_values,
+    without_wraps,
+    without_spikes,
+    at_limit,
+    at_jumps,
+)
+"""Steps in order."""

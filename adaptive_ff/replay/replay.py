@@ -18,7 +18,7 @@ from adaptive_ff.identify.identification import check_delay, identify_log
 from adaptive_ff.identify.motion import Array, Rows
 from adaptive_ff.identify.preparation import Prepared, prepare
 from adaptive_ff.identify.regression import tolerance
-from adaptive_ff.identify.result import LogIdentification
+from adaptive_ff.identify.result import SLOW, LogIdentification
 from adaptive_ff.identify.selection import COLLINEAR
 from adaptive_ff.identify.units import of_current
 from adaptive_ff.learning.kalman import LOOP, Estimate
@@ -36,9 +36,6 @@ BAND = 20.0
 
 MEMORY = 5.0
 """Memory where none is given, s of sliding motion."""
-
-SLOW = 0.05
-"""Stribeck velocity where none is given, over the usual speed."""
 
 IDENTIFY = ("symmetric", "offset", "directions", "gravity", "directions_and_gravity")
 """What may be learnt."""

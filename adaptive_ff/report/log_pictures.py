@@ -5,10 +5,10 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
+from adaptive_ff.identify.columns import is_mapped
 from adaptive_ff.identify.result import LogIdentification
 from adaptive_ff.identify.score import Score
 from adaptive_ff.replay.replay import COLD, FIXED, RECORDED, SAVED, Replay
-from adaptive_ff.report.log_words import is_mapped
 from adaptive_ff.report.style import INK, MEASURED, Look, Panel, Series, peak_of, picture, write_into
 
 MODEL: Look = {"color": "#d55e00", "linewidth": 1.0, "label": "inertia and friction as identified"}

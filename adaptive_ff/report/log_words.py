@@ -4,6 +4,7 @@ import shlex
 from collections.abc import Mapping
 from typing import Any
 
+from adaptive_ff.identify.columns import is_mapped
 from adaptive_ff.identify.identification import SAYS
 from adaptive_ff.identify.regression import Parameter
 from adaptive_ff.identify.result import CARE, GOOD, LEFT, WIDE, LogIdentification
@@ -153,11 +154,6 @@ def replay_lines(found: Mapping[str, Any]) -> list[str]:
     step = "adaptive-ff identify, then export the controller with its scenario.toml"
     rest = found["given"] + found["unidentified"]
     return [f"{first} (second half). Next: {step}.", parameters_line(rest, found["identified"])]
-
-
-def is_mapped(name: str) -> bool:
-    """Tell whether a parameter is a part of friction or force over position."""
-    return name.startswith(("force_", "friction_")) and name != "friction_lag"
 
 
 def _half(one: Parameter | None) -> Cell:

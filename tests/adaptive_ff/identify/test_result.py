@@ -10,7 +10,7 @@ import pytest
 from synthetic_logs import make_log
 
 from adaptive_ff import InputError
-from adaptive_ff.identify.columns import Map, Shape, lagged
+from adaptive_ff.identify.columns import Map, Shape
 from adaptive_ff.identify.identification import _check_plausible
 from adaptive_ff.identify.regression import Fit, Model, Parameter
 from adaptive_ff.identify.result import CARE, GOOD, UNUSABLE, LogIdentification
@@ -40,7 +40,6 @@ def test_torque_model_and_friction_have_the_values_but_of_a_dip():
     assert found.given == ["friction_lag"]
     dips = identified(Shape(stribeck_velocity=0.2), stiction_excess=-1.0)
     assert list(dips.joint_parameters) == list(HEAVY)
-    assert lagged(np.ones(5), 0.01, 0.03) == pytest.approx(np.ones(5))
     assert Map((), 4).names == ("hat_2", "hat_3", "hat_4")
     assert Map((), 4, -1.0, 2.0).fraction("hat_4", np.array([0.5, 1.5, 2.0, 9.0])).tolist() == [0.0, 0.5, 1.0, 1.0]
 
@@ -65,11 +64,14 @@ def test_simulators_have_the_joint_on_the_side_of_the_gear_and_name_what_they_la
     light = identified(offset=0.0, gravity_sine=0.0, gravity_cosine=0.0)
     assert not any("Not among" in light.simulator(kind) for kind in ENDINGS)
     lacking = {"stiction_excess": 1.0, "load_friction": 0.25, "viscous_asymmetry": 0.25}
-    said = "stiction 8 with a Stribeck velocity of 0.1; friction lag 0.1; path 0.125; load friction 0.25; viscous "
+    said = "stiction 8 with a Stribeck velocity of 0.1; load friction 0.25; viscous "
     sticky = identified(Shape(0.1, 0.25, 0.2), **lacking)
     for kind in ENDINGS:
         text = sticky.simulator(kind, gear_ratio=2.0)
-        assert f"{said}asymmetry 1; offset -1 (a constant torque against the motor's)" in text
+        assert (
+            f"{said}asymmetry 1; friction lag 0.1; path 0.125; offset -1 (a constant torque against the motor's)"
+            in text
+        )
         assert ("gravity 10 sin(q + 0.6435)" in text) == (kind in ("isaac", "drake"))
     for name, value in (("armature", 8), ("friction", 8), ("dynamic_friction", 6), ("viscous_friction", 2)):
         assert re.search(rf"\b{name}={value}\b", sticky.simulator("isaac", gear_ratio=2.0))

@@ -9,7 +9,7 @@ from synthetic_logs import JOINT, make_log
 from adaptive_ff import InputError
 from adaptive_ff.identify.identification import identify_log
 from adaptive_ff.identify.units import LINEAR, ROTARY, of_current
-from adaptive_ff.logs.cleaning import STEPS, at_limit, clean
+from adaptive_ff.logs.cleaning import at_limit, clean
 from adaptive_ff.logs.defects import Skipped, find_jumps, runs, usable_segments
 from adaptive_ff.logs.log import Log
 from adaptive_ff.replay.replay import replay_log
@@ -131,10 +131,10 @@ def test_wraps_are_undone_and_said():
     wrapped = np.angle(np.exp(1j * far))
     count = int(np.count_nonzero(np.abs(np.diff(wrapped)) > 3.0))
     assert count > 4
-    sound, (row,) = clean(with_position(log, wrapped))
+    sound, said = clean(with_position(log, wrapped))
     undone = sound.position
     assert undone - undone[0] == pytest.approx(far - far[0], abs=1e-9)
-    assert row == ("wraps", 0, [f"the position wraps {count} times by a turn; that is undone"])
+    assert said == [f"the position wraps {count} times by a turn; that is undone"]
     assert clean(with_position(log, wrapped), linear=True)[0].position is wrapped
 
 
@@ -150,8 +150,8 @@ def test_log_is_cut_where_the_position_jumps():
     for name, true in JOINT.items():
         assert found.value(name) == pytest.approx(true, rel=0.05)
     position[9000:] += 0.9
-    _, rows = clean(with_position(log, position))
-    assert rows[-1] == ("jumps", 0, ["the position jumps once within one sample; the log is cut there"])
+    said = clean(with_position(log, position))[1]
+    assert said[-1] == "the position jumps once within one sample; the log is cut there"
 
 
 @pytest.mark.parametrize("as_position", [True, False])
@@ -164,40 +164,42 @@ def test_pause_of_the_recording_is_called_one_and_the_log_is_cut_there(as_positi
     assert found.cautions == [said]
     assert found.data.skipped == [Skipped(7000, 7000, "the clock leaves a gap, from 13.998 s to 14.498 s")]
     assert [note for note in replay_log(paused).notes if "pauses" in note] == [f"{said[0].upper()}{said[1:]}."]
-    ((_, _, (said,)),) = clean(log.part(np.delete(ROWS, np.r_[3000:3400, 7000:7249])))[1]
+    _, (said,) = clean(log.part(np.delete(ROWS, np.r_[3000:3400, 7000:7249])))
     assert said == "the recording pauses 2 times, the longest for 0.802 s after 5.998 s; the log is cut there"
 
 
 def test_jump_beside_a_pause_is_still_a_jump():
     log = make_log(noise=0.05)
     position = np.where(ROWS < 9000, log.position, log.position + 0.9)
-    sound, rows = clean(with_position(log, position).part(np.delete(ROWS, np.s_[7000:7249])))
+    sound, said = clean(with_position(log, position).part(np.delete(ROWS, np.s_[7000:7249])))
     assert list(find_jumps(sound)) == [9000 - 249]
-    assert [row.said[0].split(" for ")[0] for row in rows] == [
+    assert [sentence.split(" for ")[0] for sentence in said] == [
         "the recording pauses once",
         "the position jumps once within one sample; the log is cut there",
     ]
 
 
-def test_each_step_is_one_row_of_the_table():
+def test_each_step_says_what_it_leaves_out():
     log = make_log(noise=0.05)
     log.torque[[100, 300]] = np.nan
     log.position[5000] += 3.3
     twice = log.part(np.insert(ROWS, [700, 900], [700, 900]))
     twice.torque[901] += 0.1
-    _, rows = clean(twice)
-    assert [row[:2] for row in rows] == [("duplicate stamps", 2), ("missing values", 2), ("spikes", 1)]
-    assert rows[0].said == [
+    sound, said = clean(twice)
+    assert sound.time.size == twice.time.size - 5
+    assert said[:3] == [
         "1 row left out: the same as the one before, time included",
         "1 row left out: with the time of the row before, but other values",
+        "2 rows left out: no finite number in the torque",
     ]
-    assert {row.step for row in rows} <= set(STEPS)
+    (spike,) = said[3:]
+    assert spike.startswith("1 row left out: the position is far off there")
 
 
 def test_sound_log_is_left_as_it_is():
     log = make_log(noise=0.05)
-    sound, rows = clean(log)
-    assert (rows, find_jumps(sound)) == ([], {})
+    sound, said = clean(log)
+    assert (said, find_jumps(sound)) == ([], {})
     assert sound.position is log.position
 
 

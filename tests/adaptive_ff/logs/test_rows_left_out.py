@@ -220,5 +220,5 @@ def test_replay_names_the_column_that_lacks_values():
 def test_rows_that_are_left_out_are_no_change_of_the_sample_rate():
     log = make_log()
     log.torque[5000:5400:2] = np.nan
-    _, (row,) = clean(log)
-    assert "no finite number" in row.said[0]
+    _, (said,) = clean(log)
+    assert "no finite number" in said
