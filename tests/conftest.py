@@ -3,6 +3,7 @@
 Nothing heavy is imported before a fixture needs it: the process that hands out the tests loads this file as well.
 """
 
+import gc
 import os
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -26,6 +27,17 @@ os.environ.pop("PYTHONDONTWRITEBYTECODE", None)  # hundreds of files would be co
 
 LONGEST = ("test_project.py", "test_commissioning.py")
 """What takes longest comes first: last, it would run alone, or be split between processes that make its fixtures."""
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_collection():
+    """Look for garbage seldom, and in what tests leave: not again and again in all that was imported before."""
+    gc.disable()
+    collected = yield
+    gc.freeze()
+    gc.set_threshold(20_000)
+    gc.enable()
+    return collected
 
 
 def pytest_collection_modifyitems(items):

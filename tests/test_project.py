@@ -7,11 +7,13 @@ import sys
 import tomllib
 import zipfile
 from functools import partial
+from importlib.metadata import version
 from pathlib import Path
 
 import pytest
 from exports import printed
 
+import adaptive_ff
 from docs import release
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -85,6 +87,13 @@ def test_comparison_loads_what_it_needs():
     assert loaded_by(f"from adaptive_ff import compare, load_scenario; load_scenario(); {draws}", heavy) == []
 
 
+def test_import_and_help_load_nothing_heavy():
+    heavy = ("matplotlib", "control", "scipy", "filterpy", "numpy", "plant", "controllers")
+    helps = "; ".join(f"app({one}, standalone_mode=False)" for one in (["--help"], ["compare", "--help"]))
+    shown = f"from adaptive_ff.cli.main import app; sys.stdout = sys.stderr; {helps}; sys.stdout = sys.__stdout__"
+    assert loaded_by(f"import adaptive_ff; adaptive_ff.__version__; {shown}", heavy) == []
+
+
 def contracts():
     settings = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["importlinter"]["contracts"]
     return {"robot": next(contract for contract in settings if contract["type"] == "forbidden")}
@@ -103,7 +112,7 @@ def test_contract_of_the_robot_names_all_of_controllers_but_the_design():
 
 
 def test_versions_agree():
-    assert len(set(release.versions().values())) == 1
+    assert set(release.versions().values()) == {adaptive_ff.__version__} == {version("adaptive-ff")}
 
 
 def test_release_writes_version_and_date(tmp_path):

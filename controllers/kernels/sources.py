@@ -161,13 +161,17 @@ def resolve(kernel: Kernel, node: ast.expr) -> Any:
 def _constant(module: str, name: str, value: Any) -> Constant:
     """Return a constant under the name of the module that defines it: two modules may use one name."""
     home, original = _definition(module, name)
-    body = module_tree(home).body
-    doc = ""
+    return Constant(f"{home.rpartition('.')[2]}_{original}".upper(), value, _documented(home, original))
+
+
+@cache
+def _documented(module: str, name: str) -> str:
+    body, doc = module_tree(module).body, ""
     for node, following in zip(body, [*body[1:], None], strict=True):
         says = isinstance(following, ast.Expr) and isinstance(following.value, ast.Constant)
-        if original in _assigned(node) and says:
+        if name in _assigned(node) and says:
             doc = inspect.cleandoc(str(following.value.value))  # type: ignore[union-attr]
-    return Constant(f"{home.rpartition('.')[2]}_{original}".upper(), value, doc)
+    return doc
 
 
 def _assigned(node: ast.stmt) -> set[str]:

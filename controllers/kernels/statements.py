@@ -3,6 +3,7 @@
 import ast
 import re
 from collections import Counter
+from functools import cache
 from typing import Any
 
 from controllers.kernels.calls import Calls
@@ -386,8 +387,12 @@ class Statements(Calls):
 
 def _names(nodes: list[Any], context: type = ast.expr_context) -> list[str]:
     """Return the names in some nodes, as often as they stand there."""
-    inner = (node for each in nodes for node in ast.walk(each))
-    return [node.id for node in inner if isinstance(node, ast.Name) and isinstance(node.ctx, context)]
+    return [name.id for each in nodes for name in _within(each) if isinstance(name.ctx, context)]
+
+
+@cache
+def _within(node: ast.AST) -> list[ast.Name]:
+    return [each for each in ast.walk(node) if isinstance(each, ast.Name)]
 
 
 def _overlap(target: ast.Tuple, node: ast.Tuple) -> bool:

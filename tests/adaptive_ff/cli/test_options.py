@@ -1,15 +1,9 @@
-"""Options as ``--help`` describes them: each takes effect where it is given, and every option is used by a test.
-
-``adaptive-ff --help`` and ``import adaptive_ff`` load no more than they need.
-"""
+"""Options as ``--help`` describes them: each takes effect where it is given, and every option is used by a test."""
 
 import inspect
 import json
-import subprocess
-import sys
 from dataclasses import dataclass, fields
 from functools import cache
-from importlib.metadata import version
 from pathlib import Path
 from unittest.mock import patch
 
@@ -20,7 +14,6 @@ from command_line import run_command_line
 from scenario_files import short, write_scenario
 from synthetic_logs import make_log
 
-import adaptive_ff
 from adaptive_ff.cli import compare, identify, options
 from adaptive_ff.cli.main import app
 from adaptive_ff.comparison.fixed_models import FORMS, SOURCES
@@ -145,27 +138,6 @@ class Described:
 def test_comment_above_or_beside_an_option_is_its_help():
     assert options.described(Described) == {"above": "Above the field, in two lines.", "beside": "Beside the field."}
     assert options.described(dataclass(type("Made", (), {}))) == {}
-
-
-HEAVY = ("matplotlib", "control", "scipy", "filterpy", "numpy", "plant", "controllers")
-
-
-def loaded_after(code):
-    """Which heavy packages a fresh interpreter has loaded after some code, output of the code left out."""
-    report = f"import sys; print(*[name for name in {HEAVY} if name in sys.modules], file=sys.stderr)"
-    done = subprocess.run([sys.executable, "-c", f"{code}\n{report}"], capture_output=True, text=True, check=True)
-    return done.stderr.split()
-
-
-@pytest.mark.parametrize("arguments", ["--help", "compare --help"])
-def test_help_loads_nothing_heavy(arguments):
-    code = f"from adaptive_ff.cli.main import app\napp({arguments.split()}, standalone_mode=False)"
-    assert loaded_after(code) == []
-
-
-def test_import_loads_nothing_heavy_and_knows_its_version():
-    assert loaded_after("import adaptive_ff; adaptive_ff.__version__") == []
-    assert adaptive_ff.__version__ == version("adaptive-ff")
 
 
 @pytest.mark.parametrize(
