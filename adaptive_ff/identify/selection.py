@@ -6,7 +6,6 @@ models that were tried.
 
 import math
 from collections.abc import Iterator
-from functools import cache
 from typing import NamedTuple
 
 import numpy as np
@@ -46,6 +45,8 @@ COLLINEAR = 1e-3
 STEPS = 2
 """Gauss-Newton steps of a shape from the best tried one."""
 
+SAFETY = 1.5
+"""Standard error by the band over what half of it changes: half of the factor of safety of two grids, 3."""
 
 NEAR = 0.2
 """Logarithm of the largest factor by which a step changes a number of the shape."""
@@ -94,15 +95,8 @@ def refinements(data: Prepared, model: Model) -> Iterator[tuple[str, Model]]:
 def tried(data: Prepared, model: Model) -> dict[str, tuple[Model, Array]]:
     """Return the best model of each kind of refinement, with the errors of its folds."""
     best: dict[str, tuple[Model, Array]] = {}
-
-    @cache  # most columns are those of many models
-    def column(name: str, shape: Shape) -> Array:
-        return np.asarray(data.columns((name,), shape)[:, 0])
-
     for kind, one in refinements(data, model):
-        shapes = model.shape, one.shape._replace(load=()), one.shape
-        columns = [column(name, shapes[is_friction(name) + (name == "load_friction")]) for name in one.names]
-        errors = left_out_errors(data.sums(one.names, np.column_stack(columns)))
+        errors = left_out_errors(data.fit(one))
         if kind not in best or np.mean(errors) < np.mean(best[kind][1]):
             best[kind] = one, errors
     return best
@@ -195,19 +189,18 @@ def estimated(data: Prepared, model: Model, errors: Array) -> Estimated:
 
 
 def by_band(narrower: Prepared | None, one: Estimated) -> Array:
-    """Return the square of the bias by the band, taken as ``c / band``: half of the band changes an estimate by it.
+    """Return the standard error by the band, whose bias is taken as ``c / band``: half of it changes an estimate by it.
 
-    That is the error estimate of L. F. Richardson (Phil. Trans. R. Soc. A 210, 1911), of first order.
+    That is the error estimate of L. F. Richardson (Phil. Trans. R. Soc. A 210, 1911), of first order, with the factor
+    of safety of P. J. Roache (J. Fluids Eng. 116, 1994).
     """
-    if narrower is None:
-        return np.zeros_like(one.values)
-    return np.asarray((narrower.fit(one.model).solve() - one.values) ** 2)
+    return np.zeros_like(one.values) if narrower is None else SAFETY * (narrower.fit(one.model).solve() - one.values)
 
 
 def with_intervals(data: Prepared, narrower: Prepared | None, one: Estimated, confidence: float) -> Fit:
     """Return a model with the intervals of its estimates, those of its shape of their logarithms."""
     variance, size = np.diag(one.covariance).copy(), one.values.size
-    variance[:size] += by_band(narrower, one)
+    variance[:size] += by_band(narrower, one) ** 2
     half = quantile(one.errors.size, confidence) * np.sqrt(variance)
     found = _fit(data, one, one.model.names, one.values, half[:size])
     for (name, value), error in zip(one.model.shape.bends.items(), half[size:].tolist(), strict=True):
@@ -221,7 +214,8 @@ def averaged(data: Prepared, narrower: Prepared | None, models: list[Estimated],
 
     Akaike's weights ``(mean square error)^(-n / 2)`` are of the errors of folds that were left out, each of which
     counts as the two ways of a cycle. Coulomb and viscous friction and offset of a richer model are those of the line
-    through its friction without lag, path, load and delay. The variance holds what the models differ by.
+    through its friction without lag, path, load and delay. The variance is that of the models, what the band changes in
+    each among it, and of what they differ by.
     """
     textbook, names = models[0], models[0].model.names
     square = np.array([np.mean(one.errors) for one in models])
@@ -230,8 +224,9 @@ def averaged(data: Prepared, narrower: Prepared | None, models: list[Estimated],
     maps = [(_textbook_of(data, names, one), one) for one in models]
     each = np.array([bounded(names, own[:, : one.values.size] @ one.values) for own, one in maps])
     within = np.array([np.diag(own @ one.covariance @ own.T) for own, one in maps])
+    biases = np.array([own[:, : one.values.size] @ by_band(narrower, one) for own, one in maps])
     mean = weights @ each
-    variance = by_band(narrower, textbook) + weights @ (within + (each - mean) ** 2)
+    variance = weights @ (within + biases**2 + (each - mean) ** 2)
     return _fit(data, textbook, names, mean, quantile(textbook.errors.size, confidence) * np.sqrt(variance))
 
 

@@ -296,27 +296,27 @@ def _judged(
 ) -> tuple[dict[str, Left], Series]:
     """Return what each feedforward leaves in the band, and the series."""
     rows = prepared.rows
-    inner = [one.inner for one in rows]
 
-    def joined(parts: list[Array]) -> Array:
-        return np.concatenate([one.in_band(part)[cut] for one, part, cut in zip(rows, parts, inner, strict=True)])
+    def inner(parts: list[Array]) -> Array:
+        return np.concatenate([part[one.inner] for one, part in zip(rows, parts, strict=True)])
 
-    torque = joined(needed)
-    shown = {name: joined(parts) for name, parts in feeds.items()}
-    speed = np.abs(np.concatenate([one.velocity[cut] for one, cut in zip(rows, inner, strict=True)]))
-    moves = speed > 0.01 * prepared.fast
+    def in_band(parts: list[Array]) -> Array:
+        return inner([one.in_band(part) for one, part in zip(rows, parts, strict=True)])
+
+    torque = in_band(needed)
+    shown = {name: in_band(parts) for name, parts in feeds.items()}
+    moves = np.abs(inner([one.velocity for one in rows])) > 0.01 * prepared.fast
     second = np.arange(torque.size) >= torque.size // 2
     masks = np.ones_like(second), second, moves
     left = {name: Left(*(_rms((torque - fed)[mask]) for mask in masks)) for name, fed in shown.items()}
     histories = {}
     for which, parts in estimates.items():
-        values = np.vstack([part[cut] for part, cut in zip(parts, inner, strict=True)])
+        values = inner(parts)
         found = {name: values[:, k] for k, name in enumerate(learner.names)}
         turning = sum(found[name] for name in TURNING)
         found |= {name: found[name] + turning for name in DRY}
         histories[which] = {name: one for name, one in found.items() if name not in HIDDEN}
-    time = np.concatenate([one.time[cut] for one, cut in zip(rows, inner, strict=True)])
-    return left, Series(time, torque, shown, histories)
+    return left, Series(inner([one.time for one in rows]), torque, shown, histories)
 
 
 def _rms(values: Array) -> float:

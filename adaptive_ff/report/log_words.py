@@ -107,8 +107,8 @@ def details(found: LogIdentification) -> list[str]:
         f"Least squares of torque and unit torques behind one zero-phase low-pass of {found.data.band:.3g} Hz; "
         "inertia, Coulomb and viscous friction not negative.",
         f"± is half of the {100.0 * found.confidence:g} % interval: the spread that leaving out segments of the log "
-        "shows, by Student's t, what half of the band changes, and how far models differ over which the textbook's "
-        "values are averaged, by Akaike's weights.",
+        "shows, by Student's t, three times what half of the band changes, and how far models differ over which the "
+        "textbook's values are averaged, by Akaike's weights.",
         "Refinements are taken where they leave at least 10 % less (rms) of segments that were left out, by one and a "
         "half standard errors.",
         f"Intervals of the textbook's model: {'; '.join(ends)}.",

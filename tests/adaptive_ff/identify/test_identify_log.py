@@ -15,8 +15,9 @@ from adaptive_ff.identify.columns import Map, Shape, unit_torques
 from adaptive_ff.identify.identification import FAMILIES
 from adaptive_ff.identify.motion import Noise, Segment, derivative, even, lowpass, make_rows, spectrum
 from adaptive_ff.identify.preparation import narrowed, prepare
+from adaptive_ff.identify.regression import Model, quantile
 from adaptive_ff.identify.result import CARE, GOOD, UNUSABLE
-from adaptive_ff.identify.selection import Estimated, Rule, by_band, is_better
+from adaptive_ff.identify.selection import Estimated, Rule, averaged, by_band, is_better
 from adaptive_ff.logs.log import KNOWN, Log
 
 
@@ -290,13 +291,25 @@ def test_degrees_are_suspected():
     assert any("is the motion in degrees" in caution for caution in found.cautions)
 
 
-def test_bias_of_first_order_in_the_band_is_found_whole_by_half_of_it():
-    """Richardson's estimate is exact for it."""
+def test_bias_of_first_order_in_the_band_is_found_by_half_of_it_and_taken_with_the_factor_of_safety():
+    """Richardson's estimate is exact for it; Roache's interval of two grids is three times as wide, at two errors."""
     true, bias = np.array([2.0, 3.0]), np.array([0.1, -0.4])
     half = SimpleNamespace(fit=lambda model: SimpleNamespace(solve=lambda: true + 2.0 * bias))
     one = Estimated(None, None, true + bias, None, None)
-    assert by_band(half, one) == pytest.approx(bias**2)
+    assert by_band(half, one) == pytest.approx(1.5 * bias)
     assert not by_band(None, one).any()
+
+
+def test_interval_holds_what_the_band_changes_in_the_models_that_count():
+    names, still = ("inertia", "coulomb"), np.ones(2)
+    models = Model(names), Model(names, Shape(friction_lag=0.01))
+    half = SimpleNamespace(fit=lambda model: SimpleNamespace(solve=lambda: still + 0.5 * (model == models[0])))
+    for errors, error in (((1.0, 0.1), 0.0), ((0.1, 1.0), 0.75)):
+        pairs = zip(models, errors, (2, 3), strict=True)
+        made = [Estimated(model, np.full(8, one), still, np.zeros((size, size)), None) for model, one, size in pairs]
+        found = averaged(SimpleNamespace(torque=still), half, made, 0.95)
+        expected = quantile(8, 0.95) * error
+        assert found.parameters["inertia"].upper - 1.0 == pytest.approx(expected, abs=1e-3)
 
 
 @pytest.mark.parametrize("is_position", [True, False])
