@@ -17,7 +17,6 @@ pytest_plugins = ["pytester"]
 settings.register_profile("without clock", deadline=None, suppress_health_check=[HealthCheck.too_slow])
 settings.load_profile("without clock")
 
-
 TESTS = Path(__file__).resolve().parent
 
 for library in ("OPENBLAS", "OMP", "MKL"):
@@ -40,8 +39,17 @@ def pytest_collection():
     return collected
 
 
+@pytest.hookimpl(wrapper=True)
+def pytest_make_collect_report(collector):
+    """Compile the tests in a second process from the end on, until it meets what the first one has compiled."""
+    report = yield
+    if isinstance(collector, pytest.Dir) and os.environ.get("PYTEST_XDIST_WORKER") == "gw1":
+        report.result.reverse()
+    return report
+
+
 def pytest_collection_modifyitems(items):
-    items.sort(key=lambda item: item.path.name not in LONGEST)
+    items.sort(key=lambda item: (item.path.name not in LONGEST, item.path))
 
 
 def pytest_xdist_auto_num_workers(config):
@@ -52,10 +60,11 @@ def pytest_xdist_auto_num_workers(config):
 
 @pytest.fixture(scope="module")
 def compiled():
-    """Controllers compiled, so that no test of the command line meets the message of a first run."""
-    from command_line import compile_controllers
+    """Compile controllers, so that no test of the command line meets the message of a first run, here or later."""
+    from adaptive_ff import load_scenario, simulate
 
-    compile_controllers()
+    for name in load_scenario().controllers:
+        simulate(load_scenario().modified(duration=0.1), name)
 
 
 @pytest.fixture(scope="session")

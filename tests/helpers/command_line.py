@@ -13,7 +13,6 @@ from unittest.mock import patch
 import pytest
 import typer
 
-from adaptive_ff import load_scenario, simulate
 from adaptive_ff.cli.main import main
 from adaptive_ff.studies import exciting_motion
 from adaptive_ff.studies.exciting_motion import find_excitations, polished
@@ -69,12 +68,6 @@ def refusal(*arguments):
     assert line.startswith("adaptive-ff: ")
     assert "Traceback" not in line
     return line
-
-
-def compile_controllers():
-    """Compile, so that no call has to say that it does; a later process finds it done."""
-    for name in load_scenario().controllers:
-        simulate(load_scenario().modified(duration=0.1), name)
 
 
 def search_shortly(patch):

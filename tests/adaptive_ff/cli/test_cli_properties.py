@@ -6,7 +6,7 @@ from pathlib import Path
 from unittest.mock import patch
 
 import pytest
-from command_line import compile_controllers, content_of, run_command_line
+from command_line import content_of, run_command_line
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from scenario_files import REMOVED, changed, short, to_toml
@@ -105,8 +105,7 @@ def disturbed(draw):
 
 
 @pytest.fixture(scope="module", autouse=True)
-def compiled_and_without_pictures():
-    compile_controllers()
+def without_any_pictures(compiled):
     with patch.object(Comparison, "plot", lambda comparison, folder: {}):
         yield
 
