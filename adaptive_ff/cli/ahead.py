@@ -60,7 +60,7 @@ def ask_for_loop(scenario: str, estimator: str) -> None:
 def ask_for_log() -> None:
     """Ask for what the commands on a log need beside steps and loops."""
     usual: dict[str, Any] = {"fast": 1.0, "torque": 1.0, "accelerated": 1.0, "inertia": 1.0, "stribeck_velocity": 0.1}
-    learner = make_learner(**usual, directions=False, gravity=False, offset=False, ripples=())
+    learner = make_learner(**usual, parameters=(), ripples=())
     columns = np.zeros((1, len(learner.names)))
     learn(learner, initial_state(learner), columns, np.zeros(1), np.zeros(1, dtype=np.bool_), 0.01, 1.0)
     columns_along(learner.hypothesis, learner.curve, np.zeros(2), 0.01)

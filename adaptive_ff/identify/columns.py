@@ -110,23 +110,20 @@ def _unit(rows: Rows, name: str, place: Map) -> Array:
 
 def _friction(rows: Rows, shape: Shape, place: Map) -> dict[str, Array]:
     """Return the columns of friction, which remember the motion: those of the friction hypothesis."""
-    spaced = (place.high - place.low) / max(place.hats - 1, 1)
-    waves = np.array([2.0 * np.pi / period for period in place.periods])
     paths = np.array([shape.path] if shape.path else [])
-    hypothesis = Hypothesis(1.0, paths, True, np.empty(0), waves, place.hats, place.low, spaced, True, 0, 1.0)
+    hypothesis = Hypothesis(1.0, paths, True, np.empty(0), np.empty(0), 0, 0.0, 1.0, False, 0, 1.0)
     curve = Curve(max(shape.friction_lag, NO_LAG), shape.stribeck_velocity or NO_SPEED, 1.0, 1.0, 1.0, 0.0)
-    load = rows.known
-    if shape.load:
-        load = rows.in_band(np.column_stack([_unit(rows, name, place) for name in CARRIED])) @ np.array(shape.load)
-    columns = columns_along(hypothesis, curve, rows.between(), rows.period, rows.position, load)
+    columns = columns_along(hypothesis, curve, rows.between(), rows.period)
     # dry friction is as large as the expected sign of the velocity, given the measured one
     dry = columns.T * scipy.special.erf(np.abs(rows.velocity) / (math.sqrt(2.0) * max(rows.noise, NO_SPEED)))
-    first = PATHS + paths.size
-    found = {"viscous": columns[:, VISCOUS], ASYMMETRY: columns[:, first + 1], "stiction_excess": dry[STICTION]}
-    found["coulomb"] = dry[PATHS] if shape.path else dry[COULOMB] + dry[STICTION]
-    further = iter(dry[first + 2 :])
-    for number in range(1, len(place.periods) + 1):
-        found[f"friction_sine_{number}"], found[f"friction_cosine_{number}"] = next(further), next(further)
-    for number in range(1, place.hats + 1):
-        found[f"friction_hat_{number}"] = next(further)
-    return {**found, "load_friction": next(further)}
+    sign, load = dry[COULOMB] + dry[STICTION], rows.known
+    if shape.load:
+        load = rows.in_band(np.column_stack([_unit(rows, name, place) for name in CARRIED])) @ np.array(shape.load)
+    return {
+        "viscous": columns[:, VISCOUS],
+        ASYMMETRY: columns[:, PATHS + paths.size + 1],
+        "coulomb": dry[PATHS] if shape.path else sign,
+        "stiction_excess": dry[STICTION],
+        "load_friction": sign * np.abs(load),
+        **{f"friction_{name}": sign * place.fraction(name, rows.position) for name in place.names},
+    }

@@ -179,9 +179,9 @@ def _lowpass(sections: Array, padding: int, values: Array) -> Array:
 class Rows(NamedTuple):
     """A segment at the working rate (s), behind the wide filter, and which samples are rows of the regression.
 
-    ``narrow`` is the band's filter, None without one; ``kept`` are the samples that are rows, those without standstill,
-    which is below ``slow`` (rad/s), of the ``inner`` ones, away from both ends; ``noise`` is the velocity's, rad/s,
-    behind the wide filter of a ``corner``, Hz.
+    ``in_band`` is the band's filter of a series, or of columns; ``kept`` are the samples that are rows, those without
+    standstill, which is below ``slow`` (rad/s), of the ``inner`` ones, away from both ends; ``noise`` is that of the
+    velocity, rad/s, behind the wide filter of a ``corner``, Hz.
     """
 
     period: float
@@ -190,16 +190,12 @@ class Rows(NamedTuple):
     velocity: Array
     torque: Array
     known: Array
-    narrow: Callable[[Array], Array] | None
+    in_band: Callable[[Array], Array]
     kept: NDArray[np.int64]
     inner: slice
     slow: float
     noise: float
     corner: float
-
-    def in_band(self, values: Array) -> Array:
-        """Return a series, or columns, in the band."""
-        return values if self.narrow is None else self.narrow(values)
 
     def between(self, still: float = 0.0) -> Array:
         """Return the velocity between samples, before the first and after the last; zero where slower than a speed."""
@@ -208,7 +204,7 @@ class Rows(NamedTuple):
 
     def unfiltered(self) -> "Rows":
         """Return every sample as a row, as it is."""
-        return self._replace(narrow=None, kept=np.arange(self.time.size), noise=0.0)
+        return self._replace(in_band=np.asarray, kept=np.arange(self.time.size), noise=0.0)
 
 
 def derivative(values: Array, period: float) -> Array:
@@ -240,14 +236,14 @@ def make_rows(segment: Segment, band: float, noise: Noise, fast: float, widest: 
     step = period * every
     scatter = math.sqrt(noise.variance([corner], 0, period))
     slow = max(TUNING.standstill * fast, scatter)
-    narrow = lowpass(band, step)
-    stands = narrow((np.abs(velocity) < slow).astype(float))
+    in_band = lowpass(band, step)
+    stands = in_band((np.abs(velocity) < slow).astype(float))
     inner = cut_edges(position.size, band * step)
     apart = max(1, int(1.0 / (TUNING.rows_in_cycle * band * step)))
     places = np.arange(inner.start, inner.stop, apart)
     kept = places[stands[places] < TUNING.standstill_fraction]
     time: Array = (segment.start + step * np.arange(position.size)).astype(np.float64)
-    return Rows(step, time, position, velocity, torque, known, narrow, kept, inner, slow, scatter, corner)
+    return Rows(step, time, position, velocity, torque, known, in_band, kept, inner, slow, scatter, corner)
 
 
 def even(time: Array, values: Array, grid: Array) -> Array:

@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from adaptive_ff.friction.columns import Curve, Hypothesis, columns_along
+from adaptive_ff.friction.model import GRAVITY, WITH_OFFSET, ripple_names
 from adaptive_ff.identify.motion import Array, Rows
 from adaptive_ff.learning.kalman import LOOP, Estimate, Modes, Prior, constrain_in_place, update_in_place
 from controllers import compiled
@@ -33,13 +34,12 @@ FIRST_LAG = 0.01
 class Learner(NamedTuple):
     """What is learnt, and what is known before: first values and their standard deviations, and the usual torque, N m.
 
-    The columns are those of the friction hypothesis, and perhaps an offset.
+    The columns are those of the friction hypothesis, and perhaps an offset before its last two.
     """
 
     names: tuple[str, ...]
     hypothesis: Hypothesis
     curve: Curve
-    offset: bool
     first: Array
     deviation: Array
     torque: float
@@ -52,36 +52,33 @@ def make_learner(
     accelerated: float,
     inertia: float | None,
     stribeck_velocity: float,
-    directions: bool,
-    gravity: bool,
-    offset: bool,
+    parameters: tuple[str, ...],
     ripples: tuple[float, ...],
 ) -> Learner:
-    """Return a learner; usual speed (rad/s), torque (N m) and acceleration (rad/s^2) scale what is not known."""
-    waves = np.array([*([1.0] if gravity else []), *(2.0 * np.pi / period for period in ripples)])
+    """Return a learner of a set of parameters, and of ripples of some periods, rad.
+
+    Usual speed (rad/s), torque (N m) and acceleration (rad/s^2) scale what is not known.
+    """
+    further = [name for name in parameters if name not in WITH_OFFSET]
+    waves = np.array([*([1.0] if GRAVITY[0] in further else []), *(2.0 * np.pi / period for period in ripples)])
+    directions = "viscous_asymmetry" in further
     hypothesis = Hypothesis(1.0, fast * np.array(PATHS), directions, waves, np.empty(0), 0, 0.0, 1.0, False, 0, 1.0)
     curve = Curve(FIRST_LAG, stribeck_velocity, 1.0, 1.0, 1.0, 0.0)
-    names = list(COLUMNS) + (["stiction_asymmetry", "viscous_asymmetry"] if directions else [])
-    names += ["gravity_sin", "gravity_cos"] if gravity else []
-    names += [f"ripple_{part}_{number}" for number in range(1, len(ripples) + 1) for part in ("sin", "cos")]
-    names += [*(["offset"] if offset else []), "lag_slope", "velocity_slope"]
-    deviation = np.full(len(names), torque)
-    first = np.zeros(len(names))
-    deviation[0], deviation[1] = torque / max(accelerated, 1e-300), torque / fast
+    offset = ["offset"] if "offset" in parameters else []
+    names = (*COLUMNS, *further, *ripple_names(len(ripples)), *offset, "lag_slope", "velocity_slope")
+    unlike = {"inertia": torque / max(accelerated, 1e-300), "viscous": torque / fast, "velocity_slope": 0.0}
+    unlike |= {"stiction_asymmetry": 0.3 * torque, "viscous_asymmetry": 0.3 * torque / fast}
+    first, deviation = np.zeros(len(names)), np.array([unlike.get(name, torque) for name in names])
     if inertia is not None:
         first[0], deviation[0] = inertia, 0.3 * inertia
-    if directions:
-        deviation[names.index("viscous_asymmetry")] = 0.3 * torque / fast
-        deviation[names.index("stiction_asymmetry")] = 0.3 * torque
-    deviation[names.index("velocity_slope")] = 0.0
-    return Learner(tuple(names), hypothesis, curve, offset, first, deviation, torque)
+    return Learner(names, hypothesis, curve, first, deviation, torque)
 
 
 def columns_of(learner: Learner, rows: Rows) -> Array:
     """Return the unit torques along the motion of a segment; at standstill the joint holds its friction."""
     velocity = rows.between(rows.slow)
     columns = columns_along(learner.hypothesis, learner.curve, velocity, rows.period, rows.position)
-    return np.insert(columns, columns.shape[1] - 2, 1.0, axis=1) if learner.offset else columns
+    return np.insert(columns, columns.shape[1] - 2, 1.0, axis=1) if "offset" in learner.names else columns
 
 
 def initial_state(learner: Learner) -> Estimate:

@@ -13,7 +13,7 @@ import numpy as np
 import scipy
 
 from adaptive_ff.errors import InputError, check_positive, sentence
-from adaptive_ff.friction.model import unit_of
+from adaptive_ff.friction.model import IDENTIFIED, unit_of
 from adaptive_ff.identify.identification import check_delay, identify_log
 from adaptive_ff.identify.motion import Array, Rows
 from adaptive_ff.identify.preparation import Prepared, prepare
@@ -36,9 +36,6 @@ BAND = 20.0
 
 MEMORY = 5.0
 """Memory where none is given, s of sliding motion."""
-
-IDENTIFY = ("symmetric", "offset", "directions", "gravity", "directions_and_gravity")
-"""What may be learnt."""
 
 HIDDEN = (*TURNING, "lag_slope", "velocity_slope")
 """Coefficients that are no parameters of a joint."""
@@ -196,8 +193,8 @@ def replay_log(
     given = {"inertia": inertia, "stribeck_velocity": stribeck_velocity, "memory": memory, "band": band}
     check_positive(**{name: value for name, value in given.items() if value is not None})
     check_positive(**{f"ripple_periods[{place}]": one for place, one in enumerate(ripple_periods)})
-    if identify not in IDENTIFY:
-        raise InputError(f"identify = {identify!r} is not allowed: it must be one of {', '.join(IDENTIFY)}")
+    if identify not in IDENTIFIED:
+        raise InputError(f"identify = {identify!r} is not allowed: it must be one of {', '.join(IDENTIFIED)}")
     check_delay(torque_delay or 0.0)
     gravity = "gravity" in identify
     if (gravity or ripple_periods) and log.position is None:
@@ -209,9 +206,7 @@ def replay_log(
         accelerated=float(np.std(np.concatenate([np.diff(rows.velocity) / rows.period for rows in prepared.rows]))),
         inertia=inertia,
         stribeck_velocity=stribeck_velocity or SLOW * prepared.fast,
-        directions="directions" in identify,
-        gravity=gravity,
-        offset=identify != "symmetric",
+        parameters=IDENTIFIED[identify],
         ripples=tuple(ripple_periods),
     )
     saved = None if state is None else _state_from_json(learner, state)
