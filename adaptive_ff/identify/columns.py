@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import scipy
@@ -59,8 +59,7 @@ class Shape(NamedTuple):
 
     def bent(self, name: str, value: float) -> "Shape":
         """Return the shape with another one of the numbers."""
-        changed: dict[str, Any] = {name: value}
-        return self._replace(**changed)
+        return Shape(**self._asdict() | {name: value})
 
 
 class Map(NamedTuple):

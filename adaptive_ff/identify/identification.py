@@ -7,9 +7,9 @@ import numpy as np
 from adaptive_ff.errors import InputError, check_kind, check_positive
 from adaptive_ff.identify.columns import ASYMMETRY, TEXTBOOK, Map
 from adaptive_ff.identify.preparation import Prepared, prepare
-from adaptive_ff.identify.regression import NOT_NEGATIVE
+from adaptive_ff.identify.regression import NOT_NEGATIVE, Model
 from adaptive_ff.identify.result import LogIdentification
-from adaptive_ff.identify.selection import Selection, select
+from adaptive_ff.identify.selection import select
 from adaptive_ff.identify.units import LINEAR, ROTARY, of_current
 from adaptive_ff.learning.checks import check_confidence
 from adaptive_ff.logs.columns import in_degrees
@@ -109,8 +109,8 @@ def identify_log(
     data = prepared._replace(place=place, has_known=load_friction)
     terms, weight = FAMILIES[model]
     selection = select(data, terms, confidence, weight=weight, refine=model != PLAIN)
-    _check_plausible(log, data, selection)
     best = selection.refined or selection.textbook
+    _check_plausible(log, data, selection.textbook.model, best.left)
     units = LINEAR if linear else ROTARY
     said = [*data.said, *in_degrees(data.log, float(np.max(np.abs(data.velocity))), linear=linear)]
     error, name = None, ""
@@ -141,24 +141,21 @@ SAYS = {
 """What to record where a parameter is not identifiable, by its reason."""
 
 
-def _check_plausible(log: Log, data: Prepared, selection: Selection) -> None:
+def _check_plausible(log: Log, data: Prepared, model: Model, left: float) -> None:
     """Refuse a torque that has nothing to do with the motion, and one of the wrong sign."""
-    best = selection.refined or selection.textbook
-    model = selection.textbook.model
     values = data.fit(model).solve(bounded=False)
     free = dict.fromkeys(NOT_NEGATIVE, 0.0) | dict(zip(model.names, values.tolist(), strict=True))
     speed = np.abs(data.velocity)
     dissipated = free["coulomb"] * np.mean(speed) + free["viscous"] * np.mean(speed**2)
-    backward = free["inertia"] < 0.0 and dissipated < 0.0
-    backward = backward or (free["inertia"] <= 0.0 and free["coulomb"] < 0.0)
+    backward = (free["inertia"] < 0.0 and dissipated < 0.0) or (free["inertia"] <= 0.0 and free["coulomb"] < 0.0)
     if backward and np.var(data.torque - data.columns(*model) @ values) < (1.0 - EXPLAINED) * np.var(data.torque):
         raise InputError(
             f"{log.name}: friction would drive the joint and inertia be negative: torque and motion have opposite "
             f"signs, or their columns are exchanged: {log.scaling('torque', '-1')}, or name the others"
         )
-    if best.left > UNEXPLAINED:
+    if left > UNEXPLAINED:
         raise InputError(
-            f"{log.name}: the motion explains {100.0 * max(0.0, 1.0 - best.left**2):.0f} % of the torque: it is not "
+            f"{log.name}: the motion explains {100.0 * max(0.0, 1.0 - left**2):.0f} % of the torque: it is not "
             "that of the drive of this joint, or other forces are larger (give what is known with --known-torque)"
         )
 

@@ -59,11 +59,13 @@ TUNING = Tuning()
 class Segment(NamedTuple):
     """Samples of a log without a gap, at even times: start and sample time, s; position, rad; torque, N m.
 
-    The known torque that was taken from the drive's is zero where there is none.
+    The motion is the position, or the velocity (rad/s), as measured. The known torque that was taken from the drive's
+    is zero where there is none.
     """
 
     start: float
     period: float
+    motion: Array
     position: Array
     torque: Array
     known: Array

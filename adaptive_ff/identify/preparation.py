@@ -124,12 +124,9 @@ def prepare(
     spans = [slice(one.start, one.stop) for one in ranges]
     _check_content(log, whole, spans, skipped, linear=linear)
     segments = [_segment(whole, span, period, torque_delay or 0.0) for span in spans]
-    place, longest = max(enumerate(segments), key=lambda one: one[1].position.size)
-    part = spans[place]
-    grid: Array = longest.start + longest.period * np.arange(longest.position.size, dtype=np.float64)
+    longest = max(segments, key=lambda one: one.position.size)
     # as measured: a velocity that is summed up has lost the noise of its highest frequencies
-    measured = even(whole.time[part], whole.motion[part], grid)
-    found = spectrum(measured, longest.period, is_position=whole.position is not None)
+    found = spectrum(longest.motion, longest.period, is_position=whole.position is not None)
     if judged is None:
         band, widest = choose_band(found, period, bandwidth), math.inf
     else:
@@ -199,10 +196,11 @@ def _segment(log: Log, part: slice, period: float, delay: float) -> Segment:
     step = float(time[-1] - time[0]) / (count - 1)
     grid = time[0] + step * np.arange(count)
     motion, torque = even(time, log.motion[part], grid), even(time + delay, log.torque[part], grid)
+    position = motion
     if log.position is None:
-        motion = np.concatenate([[0.0], np.cumsum(0.5 * (motion[1:] + motion[:-1])) * step])
+        position = np.concatenate([[0.0], np.cumsum(0.5 * (motion[1:] + motion[:-1])) * step])
     known = even(time + delay, log.extra[KNOWN][part], grid) if KNOWN in log.extra else np.zeros(count)
-    return Segment(float(time[0]), step, motion, torque, known)
+    return Segment(float(time[0]), step, motion, position, torque, known)
 
 
 def _check(log: Log) -> None:

@@ -106,16 +106,6 @@ class Score(Reported):
     cautions: list[str] = field(default_factory=list)
 
     @property
-    def trained(self) -> str:
-        """Name of the log that was identified."""
-        return self.found.name
-
-    @property
-    def linear(self) -> bool:
-        """Whether it is a linear axis."""
-        return self.found.linear
-
-    @property
     def grade(self) -> str:
         """How far the model can be simulated: ``follows``, ``drifts`` or ``does not follow``."""
         fraction = self.windows / self.moved if self.moved else math.inf
@@ -124,9 +114,9 @@ class Score(Reported):
     def to_dict(self) -> dict[str, Any]:
         """Return everything but the series as plain values."""
         apart = ("found", "time", "measured", "simulated", "cautions")
-        result: dict[str, Any] = {"trained": self.trained}
+        result: dict[str, Any] = {"trained": self.found.name}
         result |= {one.name: getattr(self, one.name) for one in fields(self) if one.name not in apart}
-        result |= {"verdict": self.grade, "unit": "m" if self.linear else "rad", "warnings": self.cautions}
+        result |= {"verdict": self.grade, "unit": "m" if self.found.linear else "rad", "warnings": self.cautions}
         return result | {"model": self.found.best.values, "identification": self.found.to_dict()}
 
 

@@ -257,19 +257,18 @@ def _replayed(
     prepared: Prepared, rows: Rows, learner: Learner, states: dict[str, Estimate], memory: float
 ) -> dict[str, tuple[Array, Array]]:
     """Return the torque fed along a segment by what was learnt before each sample, and the estimates, by state."""
-    columns = columns_of(learner, rows)
+    columns, still = columns_of(learner, rows), np.abs(rows.velocity) < rows.slow
+    series = np.column_stack([columns, rows.torque, still])
     response = scipy.signal.butter(2, min(prepared.band, 0.4 / rows.period), fs=1.0 / rows.period, output="sos")
-    start = scipy.signal.sosfilt_zi(response)[:, :, np.newaxis]
-    measured = scipy.signal.sosfilt(response, columns, axis=0, zi=start * columns[0])[0]
-    torque = scipy.signal.sosfilt(response, rows.torque, zi=start[:, :, 0] * rows.torque[0])[0]
-    still = (np.abs(rows.velocity) < rows.slow).astype(float)
-    slides = scipy.signal.sosfilt(response, still, zi=start[:, :, 0] * still[0])[0] < 0.2
+    start = scipy.signal.sosfilt_zi(response)[:, :, np.newaxis] * series[0]
+    passed = scipy.signal.sosfilt(response, series, axis=0, zi=start)[0]
+    measured, torque, slides = passed[:, :-2], passed[:, -2], passed[:, -1] < 0.2
     held = np.concatenate([torque[:1], torque[:-1]])  # at standstill friction is what the joint was measured to hold
     found = {}
     for name, state in states.items():
         estimates = learn(learner, state, measured, torque, slides, rows.period, memory)
         fed = np.sum(columns * estimates, axis=1)
-        found[name] = np.where((still > 0.0) & ~slides, held, fed), estimates
+        found[name] = np.where(still & ~slides, held, fed), estimates
     return found
 
 

@@ -102,13 +102,13 @@ def _map(found: LogIdentification) -> Figure:
 
 def plot_score(score: Score, folder: str | Path | None = None) -> dict[str, Figure]:
     """Draw measured and simulated position of the other log, and their difference below; ``score.png`` in a folder."""
-    unit, time = "m" if score.linear else "rad", score.time
+    unit, time = "m" if score.found.linear else "rad", score.time
     error = [(time, 1e3 * (score.simulated - score.measured), ERROR)]
     panels = [
         Panel(f"position ({unit})", [(time, score.measured, MEASURED), (time, score.simulated, SIMULATED)]),
         Panel(f"error (m{unit}), {1e3 * score.rms:.3g} rms", error, span=_ends(time)),
     ]
-    source = f"{Path(score.tested).name}, trained on {Path(score.trained).name}"
+    source = f"{Path(score.tested).name}, trained on {Path(score.found.name).name}"
     return write_into({"score": picture(panels, 5.2, source=source)[0]}, folder)
 
 

@@ -117,7 +117,7 @@ def details(found: LogIdentification) -> list[str]:
 
 def score_lines(score: Score) -> list[str]:
     """Return what an open-loop score says, a sentence each."""
-    unit = "mm" if score.linear else "mrad"
+    unit = "mm" if score.found.linear else "mrad"
     whole, windows, moved, training, close = (
         f"{1e3 * value:.3g} {unit}"
         for value in (score.rms, score.windows, score.moved, score.training_rms, score.training_windows)

@@ -346,7 +346,7 @@ def test_noise_of_the_motion_is_as_large_in_its_columns_as_is_said(moving, scatt
 
 def test_noise_makes_standstill_of_slow_rows_and_friction_that_of_the_expected_sign():
     position = np.sin(TURN * 0.001 * np.arange(10_000))
-    sines = Segment(4.0, 0.001, position, 2.0 * position, 0.0 * position)
+    sines = Segment(4.0, 0.001, position, position, 2.0 * position, 0.0 * position)
     rows, loud = (make_rows(sines, 10.0, Noise(density, True), 6.0) for density in (0.0, 1e-5))
     assert rows.time == pytest.approx(4.0 + 0.003 * np.arange(3334))  # six samples in a cycle of 50 Hz
     assert (rows.slow, rows.noise, rows.kept.tolist()) == (pytest.approx(0.06), 0.0, list(range(34, 3300, 8)))

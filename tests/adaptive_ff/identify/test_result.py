@@ -126,6 +126,5 @@ def test_friction_that_drives_against_the_inertia_is_refused_where_it_explains_t
     columns = np.linalg.qr(np.random.default_rng(1).standard_normal((40, 4)))[0]
     found, torque = SimpleNamespace(solve=lambda bounded: np.array(values[:3])), columns @ values
     data = SimpleNamespace(fit=lambda _: found, columns=lambda *_: columns[:, :3], velocity=np.ones(2), torque=torque)
-    selection = SimpleNamespace(refined=None, textbook=Fit(Model(("inertia", "coulomb", "viscous")), {}, left))
     with pytest.raises(InputError, match=refusal) if refusal else nullcontext():
-        _check_plausible(make_log(0.1), data, selection)
+        _check_plausible(make_log(0.1), data, Model(("inertia", "coulomb", "viscous")), left)

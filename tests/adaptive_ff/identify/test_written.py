@@ -161,7 +161,7 @@ def test_open_loop_has_friction_that_no_scenario_has(friction):
     log, _ = sines_log(friction)
     score = score_log(log.part(slice(0, 7500)), log.part(slice(7500, None)), linear=True)
     assert score.windows < 0.05 * score.moved
-    assert score.linear
+    assert score.found.linear
     assert not any("lacks" in caution for caution in score.cautions)
 
 
