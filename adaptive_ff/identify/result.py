@@ -131,10 +131,11 @@ class LogIdentification(Reported):
             found |= {name: one for name, one in self.parameters.items() if name in ("coulomb", "viscous")}
         return found
 
-    def check_joint(self, what: str) -> None:
+    def check_joint(self, what: str, needed: Sequence[str] = ("inertia", "coulomb")) -> None:
         """Raise ``InputError`` where inertia or Coulomb friction is not identified, so that there is nothing such."""
-        for name, said in (("inertia", "inertia"), ("coulomb", "Coulomb friction")):
+        for name in needed:
             if name in self.unidentified or (name == "inertia" and self.value(name) <= 0.0):
+                said = name.replace("coulomb", "Coulomb friction")
                 raise InputError(f"{self.name}: the {said} is not identifiable, so there is no {what}")
 
     @property

@@ -142,8 +142,7 @@ def score_log(train: Log, test: Log, **given: Any) -> Score:
             raise InputError(f"{log.name}: a score takes a log with positions, not velocities")
     same = train.is_same_record(test)
     found = identify_log(train, **{**given, "validation": None if same else test})
-    if found.value("inertia") <= 0.0 or "inertia" in found.unidentified:
-        raise InputError(f"{train.name}: the inertia is not identifiable, so there is no model to simulate")
+    found.check_joint("model to simulate", ("inertia",))
     delay = given.get("torque_delay")
     training = _simulated(found, train, delay)
     other = training if same else _simulated(found, test, delay)

@@ -151,7 +151,6 @@ def read_log(
         an argument is not allowed.
     TypeError
         An argument is of another kind.
-
     """
     file = checked_path("path", path)
     given = {"torque": torque, "time": time, "position": position, "velocity": velocity, KNOWN: known_torque}

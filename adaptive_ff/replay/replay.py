@@ -37,9 +37,6 @@ BAND = 20.0
 MEMORY = 5.0
 """Memory where none is given, s of sliding motion."""
 
-HIDDEN = (*TURNING, "lag_slope", "velocity_slope")
-"""Coefficients that are no parameters of a joint."""
-
 FEEDFORWARD = "feedforward"
 """Name in ``Log.extra`` of the machine's own."""
 
@@ -309,7 +306,8 @@ def _judged(
         found = {name: values[:, k] for k, name in enumerate(learner.names)}
         turning = sum(found[name] for name in TURNING)
         found |= {name: found[name] + turning for name in DRY}
-        histories[which] = {name: one for name, one in found.items() if name not in HIDDEN}
+        hidden = (*TURNING, "lag_slope", "velocity_slope")  # no parameters of a joint
+        histories[which] = {name: one for name, one in found.items() if name not in hidden}
     return left, Series(inner([one.time for one in rows]), torque, shown, histories)
 
 

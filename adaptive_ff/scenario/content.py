@@ -212,10 +212,9 @@ class Content(StrictTable):
         if not math.isfinite(size):
             raise InputError("reference: its velocity does not stay finite; its values must be smaller")
         if lost > LOST_BETWEEN_SAMPLES and self.samples > 1:
-            speed = axis_unit(self.joint.axis, "rad/s")
             raise InputError(
-                f"reference: {lost * size:.3g} of {size:.3g} {speed} (rms) lie between the samples; the reference must "
-                f"be slow against sampling.period = {self.sampling.period:g} s"
+                f"reference: {lost * size:.3g} of {size:.3g} {axis_unit(self.joint.axis, 'rad/s')} (rms) lie between "
+                f"the samples; the reference must be slow against sampling.period = {self.sampling.period:g} s"
             )
         return unit, factor
 
