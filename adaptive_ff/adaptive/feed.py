@@ -82,7 +82,7 @@ def at_standstill(
     """
     pi, integral, steady = parameters.feedback, state.feedback.integral, state.steady
     if not rests:
-        weight = min(1.0, inputs.dt * pi.integral / pi.proportional * parameters.tuning.steady)
+        weight = min(1.0, inputs.dt * pi.integral / pi.proportional)
         return state.friction, steady + weight * (integral - steady), 0.0, 0.0
     if static <= 0.0:
         return state.friction, steady, state.held, 0.0

@@ -103,7 +103,7 @@ def default_prior(
     lowest, highest = np.full(count, -math.inf), np.full(count, math.inf)
     paths = hypothesis.distances.size
     mean[INERTIA], deviation[INERTIA] = inertia, tuning.inertia_deviation * inertia
-    lowest[INERTIA], highest[INERTIA] = inertia / tuning.inertia_range, inertia * tuning.inertia_range
+    lowest[INERTIA], highest[INERTIA] = inertia / tuning.largest_ratio, inertia * tuning.largest_ratio
     deviation[VISCOUS] = tuning.viscous_deviation * proportional
     lowest[VISCOUS : PATHS + paths] = 0.0
     scaled[[INERTIA, VISCOUS, -2, -1]] = False
@@ -112,14 +112,14 @@ def default_prior(
         scaled[PATHS + paths + 1] = False
     place = wave_place(hypothesis)
     deviation[place : place + 2 * hypothesis.waves.size] = tuning.load
-    mean[-2] = math.log(min(max(tuning.lag_fraction * response, tuning.shortest_guess), tuning.longest_guess))
+    mean[-2] = math.log(min(max(response, tuning.shortest_guess), tuning.longest_guess))
     deviation[-2], lowest[-2], highest[-2] = (
         tuning.lag_deviation,
         math.log(tuning.shortest_lag),
         math.log(tuning.longest_lag),
     )
     mean[-1], deviation[-1] = math.log(stribeck_velocity), tuning.velocity_deviation
-    reach = math.log(tuning.velocity_range)
+    reach = math.log(tuning.largest_ratio)
     lowest[-1], highest[-1] = mean[-1] - reach, mean[-1] + reach
     covariance = np.diag(deviation**2)
     places = np.arange(COULOMB, PATHS + paths)

@@ -39,10 +39,10 @@ class Tuning(NamedTuple):
         The same of a load that is there from the start, in units of friction.
     first_unit : float
         Unit of friction before any torque, ``Kp Vs``.
-    inertia_range, velocity_range : float
+    largest_ratio : float
         Largest inertia and Stribeck velocity over the assumed ones, and these over the least ones.
-    lag_fraction, shortest_guess, longest_guess, shortest_lag, longest_lag : float
-        First guess of the friction lag, in ``J/Kp``; its bounds, and those of the lag, s.
+    shortest_guess, longest_guess, shortest_lag, longest_lag : float
+        Bounds of the first guess of the friction lag, ``J/Kp``, and of the lag, s.
     distance_ratio : float
         Presliding distances are ``Vs J/Kp`` times powers of it, from 0 to 3.
     least_deviation : float
@@ -51,8 +51,6 @@ class Tuning(NamedTuple):
         Speed beyond zero at which friction turns, in changes of velocity that friction makes in a period.
     slow : float
         Peak of the reference over ``F/Kp`` below which a loop is left alone; from twice as much on it is not.
-    steady : float
-        Rate at which the torque that the integral holds is averaged, in ``Ki/Kp``.
     moving : float
         Speed above which a joint moves though its reference rests, in standard deviations of the noise.
     believed : float
@@ -79,18 +77,16 @@ class Tuning(NamedTuple):
     least_noise: float = 1e-4
     standing: float = 3.0
     inertia_deviation: float = 0.3
-    viscous_deviation: float = 0.2
+    viscous_deviation: float = 0.4
     lag_deviation: float = 0.5
     velocity_deviation: float = 0.3
     spread: float = 0.5
     excess: float = 0.5
     slip_fraction: float = 0.5
-    asymmetry: float = 0.3
+    asymmetry: float = 0.2
     load: float = 0.5
     first_unit: float = 0.3
-    inertia_range: float = 10.0
-    velocity_range: float = 5.0
-    lag_fraction: float = 1.25
+    largest_ratio: float = 10.0
     shortest_guess: float = 0.005
     longest_guess: float = 0.03
     shortest_lag: float = 0.001
@@ -99,9 +95,8 @@ class Tuning(NamedTuple):
     least_deviation: float = 0.01
     hold: float = 0.018
     slow: float = 0.05
-    steady: float = 3.0
     moving: float = 20.0
-    believed: float = 0.03
+    believed: float = 0.05
     explained: float = 0.5
     fastest: float = 100.0
     observed_fraction: float = 0.85

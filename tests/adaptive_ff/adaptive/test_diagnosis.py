@@ -97,10 +97,10 @@ QUIET = {"moved": 20.0, "square": 0.5, "product": 0.2, "torque_known": True, "pl
         (2000, {}, {"inertia": (30.1, 5.0)}, Code.INERTIA_FAR, {"ratio": 1.505, "assumed": 20.0}),
         (2000, {}, {"inertia": (13.3, 3.3)}, Code.INERTIA_FAR, {"ratio": 0.665, "assumed": 20.0}),
         (2000, {}, {"inertia": (200.0, 95.0)}, Code.AT_BOUND, {"value": 200.0}),
-        (2000, {}, {"stribeck_velocity": (0.01, 0.1)}, Code.AT_BOUND, {"value": 0.01}),
+        (2000, {}, {"stribeck_velocity": (0.5 + 1e-9, 0.1)}, Code.AT_BOUND, {"value": 0.5}),
         (2000, {}, {"coulomb": (71.0, 3.0), "stiction": (60.0, 4.0)}, Code.FRICTION_RISES, {"from": 60.0, "to": 71.0}),
         (2000, {}, {"coulomb": (69.9, 3.0), "stiction": (60.0, 4.0)}, None, None),
-        (2000, {}, {"viscous": (0.0, 130.0)}, Code.NOT_LEARNT, {}),
+        (2000, {}, {"viscous": (0.0, 260.0)}, Code.NOT_LEARNT, {}),
         (2000, {}, {"stribeck_velocity": (0.05, 0.2)}, Code.NOT_LEARNT, {}),
     ],
 )

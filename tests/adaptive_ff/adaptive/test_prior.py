@@ -25,7 +25,7 @@ MODEL = {"inertia": 20.0, "friction_lag": 0.02, "coulomb": 60.0, "presliding": 0
 def test_a_model_is_what_is_estimated_first_as_surely_as_is_said(parameters, options, presliding):
     every = adaptive(parameters, **options).estimate_names
     names = [name for name in every if name not in ("offset", "stribeck_velocity", "presliding")]
-    model = {name: 3.0 + place for place, name in enumerate(names)} | {"coulomb": 60.0, "stiction": 90.0}
+    model = {name: 30.0 + place for place, name in enumerate(names)} | {"coulomb": 60.0, "stiction": 90.0}
     model |= {"viscous": 80.0, "friction_lag": 0.04, "stribeck_velocity": 0.1, "presliding": min(presliding, PATH[4])}
     first = adaptive(parameters, model=model | {"presliding": presliding, "offset": 5.0}, deviation=0.1, **options)
     assert first.estimates == pytest.approx(dict.fromkeys(every, 0.0) | model)
@@ -33,7 +33,7 @@ def test_a_model_is_what_is_estimated_first_as_surely_as_is_said(parameters, opt
     assert {name: first.uncertainties[name] for name in names} == pytest.approx(spread)
     each = {name: 150.0 + place for place, name in enumerate(names)} | {"friction_lag": 1e-9, "viscous": 1e-9}
     made = adaptive(parameters, model=model | {"presliding": 0.0}, deviation=each, **options).uncertainties
-    each |= {"friction_lag": 0.01 * 0.04, "viscous": 0.01 * 0.2 * PROPORTIONAL}
+    each |= {"friction_lag": 0.01 * 0.04, "viscous": 0.01 * 0.4 * PROPORTIONAL}
     each |= {"presliding": 0.5 * each["coulomb"] / 60.0 * math.sqrt(5.0) * np.std(PATH)}
     each |= {"stiction": math.hypot(each["coulomb"], each["stiction"])}
     assert {name: made[name] for name in each} == pytest.approx(each)
@@ -42,8 +42,8 @@ def test_a_model_is_what_is_estimated_first_as_surely_as_is_said(parameters, opt
 def test_what_a_model_says_is_bounded():
     model = MODEL | {"friction_lag": 0.0, "stribeck_velocity": 9.0, "stiction": 20.0}
     made = adaptive(model=model).estimates
-    assert (made["friction_lag"], made["stribeck_velocity"], made["stiction"]) == pytest.approx((0.001, 0.25, 30.0))
-    assert adaptive(model=model | {"stribeck_velocity": 1e-3}).estimates["stribeck_velocity"] == pytest.approx(0.01)
+    assert (made["friction_lag"], made["stribeck_velocity"], made["stiction"]) == pytest.approx((0.001, 0.5, 30.0))
+    assert adaptive(model=model | {"stribeck_velocity": 1e-3}).estimates["stribeck_velocity"] == pytest.approx(0.005)
 
 
 @pytest.mark.parametrize(("parameters", "options"), [(WITH_OFFSET, {"regressors": 1}), SIDES[1]])
