@@ -5,7 +5,7 @@ import math
 
 import numpy as np
 import pytest
-from closed_loops import SCENARIO, build_setup, drive, plan_inputs
+from closed_loops import SCENARIO, build_setup, drive, make, plan_inputs
 from scipy.integrate import solve_ivp
 
 from adaptive_ff import TorqueModel, simulate
@@ -335,3 +335,9 @@ def test_friction_solves_the_differential_equation_of_its_lag():
     exact = solve_ivp(lambda t, f: (target(t) - f) / model.friction_lag, (0.0, end), [0.0], **options).y[0]
     assert np.ptp(exact) > 110.0
     assert found == pytest.approx(0.5 * (exact[:-1] + exact[1:]), abs=2e-2)
+
+
+@pytest.mark.parametrize("name", ["friction_observer", "lee_tomizuka"])
+def test_a_disturbance_is_found_wherever_the_state_holds_it(name):
+    drive(controller := make(name), build_setup(SCENARIO.modified(duration=3.0)))
+    assert abs(controller.disturbance) > 0.1

@@ -66,6 +66,15 @@ def altered(text, path, change):
     return json.dumps(saved)
 
 
+@pytest.mark.parametrize(("other", "said"), [({}, ""), ({"spare": 1}, ", not spare")])
+def test_what_a_state_belongs_to_is_named_where_some_of_it_is_missing(other, said):
+    saved = json.loads((controller := make("pi")).state_to_json())
+    names = list(saved["belongs_to"])
+    saved["belongs_to"] = dict.fromkeys(names[1:], 1.0) | other
+    with pytest.raises(ValueError, match=f"^state: belongs_to must have the fields {', '.join(names)}{said}$"):
+        controller.state_from_json(json.dumps(saved))
+
+
 def wrong_texts(text):
     """Texts that are almost a saved state: each number in turn is missing, a word, null, a list, not finite.
 

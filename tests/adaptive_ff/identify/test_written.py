@@ -174,7 +174,8 @@ def test_score_of_the_log_itself_is_said_to_say_nothing(heavy):
 
 
 def test_motion_of_the_scenario_is_that_of_the_log():
-    columns = reference_columns(identify_log(make_log(period=0.004)))
+    columns = reference_columns(found := identify_log(make_log(period=0.004)))
+    assert 0.05 < columns["time"][2] * found.data.band / 2.0 <= 0.1
     inner = (columns["time"] > 1.0) & (columns["time"] < 29.0)
     assert columns["velocity"][inner] == pytest.approx(motion(columns["time"][inner])[1], abs=0.02)
 
