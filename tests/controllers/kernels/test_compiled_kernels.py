@@ -24,7 +24,7 @@ sys.path.insert(0, sys.argv[1])
 from kernels import kernel
 from controllers import PI, compiled
 warnings.simplefilter("always")
-print(compiled(kernel)(3.0), PI(100.0, 0.0, 0.01).step(0.5, 0.1))
+print(compiled(kernel)(3.0), PI(100.0, 2000.0, 0.01).step(0.5, 0.1))
 """
 
 
@@ -83,16 +83,16 @@ def kernels(tmp_path):
 def test_two_processes_may_compile_the_same_at_once_and_a_later_one_needs_no_compiler(kernels):
     both = [running(kernels) for _ in range(2)]
     found = [each.communicate() for each in both]
-    assert [out for out, _ in found] == ["6.0 40.0\n"] * 2, found
+    assert [out for out, _ in found] == ["6.0 48.0\n"] * 2, found
     assert list((kernels / "cache").rglob("*.part")) == []
-    assert running(kernels, CC="no-such-compiler").communicate() == ("6.0 40.0\n", "")
+    assert running(kernels, CC="no-such-compiler").communicate() == ("6.0 48.0\n", "")
 
 
 def test_without_a_compiler_kernels_run_as_python_and_one_line_says_so_but_where_that_is_wanted(kernels):
     out, errors = running(kernels, CC="no-such-compiler").communicate()
-    assert out == "6.0 40.0\n"
+    assert out == "6.0 48.0\n"
     assert errors.count("pip install ziglang") == 1
-    assert running(kernels, ADAPTIVE_FF_COMPILE="0").communicate() == ("6.0 40.0\n", "")
+    assert running(kernels, ADAPTIVE_FF_COMPILE="0").communicate() == ("6.0 48.0\n", "")
 
 
 LOOP = """
