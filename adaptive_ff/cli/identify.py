@@ -190,6 +190,7 @@ def score_command(
         results.write("score.json", result, shown, score.plot(None), title=title)
         results.shown.append(f"score.json and its picture are in {output.out}")
     warn(score.cautions)
+    warn_of_skips(score.found.data.skipped, "score.json")
 
 
 def replay_command(

@@ -120,7 +120,8 @@ def identify_log(
         )
         error = measured._replace(place=place).left(best)
         name = "the end of the log" if validation is None else validation.name
-        said += [] if validation is None else [f"{name}: {sentence}" for sentence in measured.said]
+        cuts = [one.reason for one in measured.skipped]
+        said += [] if validation is None else [f"{name}: {sentence}" for sentence in (*measured.said, *cuts)]
     return LogIdentification(
         data,
         of_current(units) if is_current else units,

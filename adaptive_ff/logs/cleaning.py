@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from adaptive_ff.errors import InputError, counted
-from adaptive_ff.logs.defects import TUNING, are_pauses, bridged, find_jumps, median_step, runs, steps_of, usual_step
+from adaptive_ff.logs.defects import TUNING, bridged, median_step, runs, steps_of, usual_step
 from adaptive_ff.logs.log import Array, Log
 
 Done = tuple[Log, list[str]]
@@ -122,9 +122,8 @@ def without_repeated_rows(log: Log) -> Done:
             f"so seldom, so that it is late by {1e3 * late:.3g} ms in the mean: give --torque-delay={-late:.3g}"
         )
     held = every > 1.0
-    new = moved if held else moved | turned
-    places = np.flatnonzero(new) + 1
-    if not held and (new.size == 0 or np.mean(new) > 1.0 - TUNING.repeated or places.size < TUNING.changes):
+    places = np.flatnonzero(moved if held else moved | turned) + 1
+    if places.size < TUNING.changes:
         return log, said
     rows = _filled(places, every if held else float(np.median(np.diff(places))), log.time.size)
     if held:
@@ -136,7 +135,7 @@ def without_repeated_rows(log: Log) -> Done:
             f"the {log.moving} changes in one of {every:.3g} rows only, as it is sampled more slowly than the log; the "
             "rows between are left out, and samples are counted without them"
         )
-    elif rows.size > (1.0 - 0.5 * TUNING.repeated) * log.time.size:
+    elif rows.size > (1.0 - TUNING.repeated) * log.time.size:
         return log, said
     else:
         comes = f"it comes every {1e3 * float(np.median(np.diff(log.time[rows]))):.4g} ms"
@@ -153,33 +152,6 @@ def _filled(places: NDArray[np.int64], usual: float, size: int) -> NDArray[np.in
     counts = np.where(apart > 4.0 * usual, np.ceil(apart / usual - 0.5).astype(np.int64), 1)
     further = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
     return np.unique(np.round(np.repeat(places, counts) + usual * further).astype(np.int64))
-
-
-def without_gaps(log: Log) -> Done:
-    """Say where the recording pauses; leave out stretches that are so slow that each of their steps is a gap."""
-    said: list[str] = []
-    time, is_pause = log.time, are_pauses(log.time)
-    left = np.zeros_like(is_pause)
-    slow = [(start, stop) for start, stop in runs(is_pause) if stop - start >= TUNING.rate]
-    for start, stop in slow:
-        left[start : stop - (stop < time.size)] = True
-        is_pause[start:stop] = False
-    if slow:
-        start, stop = slow[0]
-        often = "" if len(slow) == 1 else f" in {len(slow)} stretches, the first"
-        slower, usual = 1e3 * float(np.median(np.diff(time[start - 1 : stop]))), 1e3 * median_step(log)
-        changes = f"the sample time changes{often} to {slower:.4g} ms instead of {usual:.4g} ms"
-        why = f"{changes} at {time[start - 1]:.6g} s; identify such a part as a log of its own"
-        log, said = left_out(log, left, why)
-    pauses = np.flatnonzero(is_pause)
-    if pauses.size:
-        often = _times(pauses.size) + ("" if pauses.size == 1 else ", the longest")
-        lengths = time[pauses] - time[pauses - 1]
-        begin = time[pauses[np.argmax(lengths)] - 1]
-        said.append(
-            f"the recording pauses {often} for {np.max(lengths):.3g} s after {begin:.6g} s; the log is cut there"
-        )
-    return log, said
 
 
 def without_missing_values(log: Log) -> Done:
@@ -215,32 +187,21 @@ def without_wraps(log: Log) -> Done:
         return log, []  # at such speed a turn in a sample may be motion
     position = log.position.copy()
     position[1:] -= turn * np.cumsum(np.where(wraps, np.sign(steps), 0.0))
-    said = f"the position wraps {_times(int(wraps.sum()))} by a turn; that is undone"
+    said = f"the position wraps {counted(int(wraps.sum()), 'time')} by a turn; that is undone"
     return replace(log, position=position), [said]
-
-
-def at_jumps(log: Log) -> Done:
-    """Say where the position jumps."""
-    count = len(find_jumps(log))
-    return log, [f"the position jumps {_times(count)} within one sample; the log is cut there"] if count else []
-
-
-def _times(count: int) -> str:
-    return "once" if count == 1 else f"{count} times"
 
 
 def at_limit(log: Log) -> Done:
     """Say where many rows of a torque are exactly at its largest or smallest value, unless it is a torque in steps."""
     known = log.torque[np.isfinite(log.torque)]
-    low, high = np.min(known, initial=np.inf), np.max(known, initial=-np.inf)
-    between = (known != low) & (known != high)
-    if not np.any(between[1:]):
+    values, counts = np.unique(known, return_counts=True)
+    if values.size < TUNING.changes:
         return log, []
-    frequent = np.max(np.unique(known[between & (known != 0.0)], return_counts=True)[1], initial=0)
-    stays = {end: sum(b - a for a, b in runs(known == end) if b - a >= 3) for end in (low, high) if end != 0.0}
-    ends = {end: count for end, count in sorted(stays.items()) if count > TUNING.often * frequent}
+    counts[values == 0.0] = 0  # the drive is off
+    frequent = TUNING.often * np.max(counts[1:-1])
+    ends = {values[end]: counts[end] for end in (0, -1) if counts[end] > frequent}
     fraction = sum(ends.values()) / known.size
-    if fraction < TUNING.at_limit or np.mean((known[1:] != known[:-1])[between[1:]]) < TUNING.changing:
+    if fraction < TUNING.at_limit:
         return log, []
     shown = " or ".join(f"{end:.4g}" for end in ends)
     return log, [
@@ -306,11 +267,9 @@ def left_out(log: Log, rows: NDArray[np.bool_], why: str) -> Done:
 STEPS: tuple[Callable[[Log], Done], ...] = (
     with_clear_clock,
     without_repeated_rows,
-    without_gaps,
     without_missing_values,
     without_wraps,
     without_spikes,
     at_limit,
-    at_jumps,
 )
 """Steps in order."""

@@ -134,23 +134,13 @@ def is_current(column: str, factor: float | None = None) -> bool:
 
 
 def in_degrees(log: Log, speed: float, *, linear: bool) -> list[str]:
-    """Ask whether the motion of a log is in degrees, or in revolutions per minute, if its largest speed (rad/s) is.
-
-    Where the name of its column says another unit, that is asked instead.
-    """
+    """Ask whether the motion of a log is in degrees, or in revolutions per minute, if its largest speed (rad/s) is."""
     if linear or speed <= FASTEST_JOINT:
         return []
-    column = log.columns.get(log.moving, "")
-    unit = None if column in log.factors else foreign_unit(column, log.moving, linear=False)
-    if unit is not None:
-        name, factors = unit.name, [unit.factor]
-    elif log.position is None:
-        name, factors = "degrees, or in revolutions per minute", ["pi/180", "pi/30"]
-    else:
-        name, factors = "degrees", ["pi/180"]
-    of_other_axis = f"the axis is linear, and {name} are none of a rotary one"
-    advice = log.scaling("motion", *factors) if all(factors) else of_other_axis
-    return [f"the joint reaches {speed:.3g} rad/s: is the motion in {name}? Then {advice}"]
+    names, factors = ["degrees", "revolutions per minute"], ["pi/180", "pi/30"]
+    likely = slice(None, 2 if log.position is None else 1)
+    advice = log.scaling("motion", *factors[likely])
+    return [f"the joint reaches {speed:.3g} rad/s: is the motion in {' or '.join(names[likely])}? Then {advice}"]
 
 
 def _bare(column: str) -> str:

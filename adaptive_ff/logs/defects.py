@@ -18,10 +18,9 @@ class Tuning(NamedTuple):
     back: float = 0.1  # fraction of steps of the clock that go back from which on samples are not in order
     slowest: float = 1.0  # sample time, s, from which on the clock does not count seconds, ...
     fastest: float = 1e-5  # ... and below which no joint's is
-    rate: int = 50  # steps of the clock, one after the other, that leave gaps: another sample rate
     few: float = 0.05  # fraction of rows with the time of the row before from which on a clock may be rounded
     repeated: float = 0.3  # fraction of rows that repeat the row before, ...
-    changes: int = 50  # ... and fewest changes, from which on a series is sampled more slowly
+    changes: int = 50  # ... and fewest changes, or values, of a series that does not just stand or go in steps
     counts: float = 2.5  # change of a coarse encoder over its smallest one, up to which it is one count
     missing: int = 4  # rows without a value one after the other that are left out; more cut the log
     wrap: float = 0.05  # relative difference from a turn up to which a step is a wrap
@@ -34,8 +33,7 @@ class Tuning(NamedTuple):
     averaged: int = 5  # rows over which the velocity is a mean
     felt: float = 3.0  # its change over that which nine of ten other places do not exceed
     at_limit: float = 0.05  # fraction of rows at an end of the torque that make a limit, ...
-    often: float = 5.0  # ... times the most frequent value between, ...
-    changing: float = 0.5  # ... and fraction of the rows between in which it changes
+    often: float = 5.0  # ... and times the most frequent value between
 
 
 TUNING = Tuning()
@@ -104,17 +102,18 @@ def usable_segments(log: Log, shortest: int = 2) -> tuple[list[range], list[Skip
         before, after = log.time[place - 1], log.time[place]
         what = "leaves a gap" if after > before else "jumps back" if after < before else "stands still"
         cuts[place] = f"the clock {what}, from {before:.6g} s to {after:.6g} s"
-    skipped = [Skipped(*run, "values that are no finite numbers") for run in runs(~finite)]
-    skipped += [Skipped(place, place, why) for place, why in cuts.items() if finite[place - 1] and finite[place]]
     segments: list[range] = []
     edges = {0, *cuts, *(np.flatnonzero(finite[1:] != finite[:-1]) + 1).tolist(), finite.size}
+    short = finite.copy()
     for begin, end in pairwise(sorted(edges)):
         if finite[begin] and end - begin >= shortest:
             segments.append(range(begin, end))
-        elif finite[begin]:
-            reason = f"a segment of {counted(end - begin, 'sample')}; {shortest} are needed"
-            skipped.append(Skipped(begin, end, reason))
-    return segments, sorted(skipped)
+            short[begin:end] = False
+    reasons = {"values that are no finite numbers": ~finite, f"segments of less than {shortest} samples": short}
+    skipped = [Skipped(*run, why) for why, mask in reasons.items() for run in runs(mask)]
+    used = finite & ~short
+    inner = (place for place in cuts if (used[place - 1] and finite[place]) or (finite[place - 1] and used[place]))
+    return segments, sorted([*skipped, *(Skipped(place, place, cuts[place]) for place in inner)])
 
 
 def runs(mask: NDArray[np.bool_]) -> list[tuple[int, int]]:

@@ -8,7 +8,7 @@ from scipy.interpolate import CubicSpline
 from synthetic_logs import JOINT, make_log
 
 from adaptive_ff.identify.identification import identify_log
-from adaptive_ff.logs.cleaning import clean, rows_between, with_clear_clock, without_repeated_rows
+from adaptive_ff.logs.cleaning import rows_between, with_clear_clock, without_repeated_rows
 from adaptive_ff.logs.defects import Skipped, are_pauses
 from adaptive_ff.logs.log import Log
 from adaptive_ff.replay.replay import replay_log
@@ -134,20 +134,24 @@ def test_slower_part_that_is_bridged_is_used():
 
 def test_much_slower_part_is_left_out_as_a_whole():
     log = thinned(10)
-    said = (
-        "499 rows left out: the sample time changes to 20 ms instead of 2 ms at 10 s; identify such a part as a log of "
-        "its own"
-    )
+    skipped = [
+        Skipped(5001, 5001, "the clock leaves a gap, from 10 s to 10.02 s"),
+        Skipped(5001, 5500, "segments of less than 32 samples"),
+    ]
     found = identify_log(log)
-    assert (found.cautions, found.data.skipped, found.data.log.time.size) == ([said], [], 5001)
-    assert f"{said}." in replay_log(log).notes
+    assert (found.cautions, found.data.skipped, found.data.used) == ([], skipped, 5001)
+    assert replay_log(log).data.skipped == skipped
 
 
-def test_much_slower_part_between_others_is_one_gap_and_no_pause():
-    _, (said,) = clean(thinned(10, 3000, 6000))
-    assert said.startswith("299 rows left out: the sample time changes to 20 ms instead of 2 ms at 6 s")
+def test_much_slower_part_between_others_is_skipped_as_one():
     found = identify_log(thinned(10, 3000, 6000))
-    assert found.data.skipped == [Skipped(3001, 3001, "the clock leaves a gap, from 6 s to 12 s")]
+    assert (found.cautions, found.data.used) == ([], 7001)
+    assert [skip[:2] for skip in found.data.skipped] == [(3001, 3001), (3001, 3300), (3300, 3300)]
+    assert [skip.reason for skip in found.data.skipped] == [
+        "the clock leaves a gap, from 6 s to 6.02 s",
+        "segments of less than 32 samples",
+        "the clock leaves a gap, from 11.98 s to 12 s",
+    ]
 
 
 @pytest.mark.parametrize("kind", ["jitter", "missing", "rounded", "irregular"])
