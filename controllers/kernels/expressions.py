@@ -95,7 +95,8 @@ class Expressions:
         if self.conditional:
             raise self.refusal(node, "{} stands where it may not be computed; give it a name in a line before")
         kind = value.type
-        assert kind is not None
+        if kind is None:
+            raise self.refusal(node, "{} has no value; use its items")
         wish = kind.name.lower() if isinstance(kind, Record) else "value"
         name = self.fresh(wish.rpartition("_")[2] if wish.endswith("_result") else wish)
         variable = Variable(name, kind, natural=value.natural)

@@ -233,8 +233,6 @@ class Statements(Calls):
     def _kept(self, node: ast.expr, value: Node) -> Node:
         if isinstance(value.type, Array) and not value.type.is_open:
             raise self.refusal(node, "{}: give arrays their names one by one")
-        if value.type is None:
-            raise self.refusal(node, "{} has no value; use its items")
         return self.named(node, value)
 
     def _augment(self, statement: ast.AugAssign) -> None:

@@ -9,10 +9,10 @@ from functools import partial
 from tempfile import TemporaryDirectory
 
 import numpy as np
-import written_kernels
 from closed_loops import NAMES, SCENARIO
 from drawn_arguments import digest, digests, plain
 from exports import DELAYED, adaptive, adaptive_variants, made
+from kernel_figures import piece_figures, written_figures
 from synthetic_logs import make_log, sines_log
 
 import adaptive_ff
@@ -27,10 +27,6 @@ from adaptive_ff.identify.simulators import ENDINGS
 from adaptive_ff.replay.replay import replay_log
 from adaptive_ff.report.log_words import details, verdict_lines
 from adaptive_ff.simulation.metrics import rms
-from controllers.kernels.language import NotTranslatable
-from controllers.kernels.text import DOUBLE, SINGLE
-from controllers.kernels.types import type_of
-from controllers.kernels.unit import Unit
 from plant import CHANGE_JOINT, SCALE_JOINT, SENSED_VELOCITY, Joint, JointChange
 from plant import kinds as joints
 from tests.test_refused_arguments import NUMBERS, call, each, of_kind
@@ -321,25 +317,6 @@ def tables(estimates):
     return {name: list(one) for name, one in estimates.items()}
 
 
-GIVEN = {"n": 3, "m": 2, "flag": True, "moving": True}
-TABLE, ROW = np.ones((3, 4)), np.ones(4)
-BODY = written_kernels.Body(True, written_kernels.Point(1.5, -2.0), 4, (1.0, 2.0, 3.0), ROW, TABLE, False)
-GIVEN |= dict.fromkeys(("row", "values", "first", "second", "a_row"), ROW) | dict.fromkeys(("table", "whole"), TABLE)
-GIVEN |= {"body": BODY, "point": BODY.at, "circle": written_kernels.Circle(2.0), "square": written_kernels.Square(3.0)}
-
-
-def written_figures():
-    """Return digests of what kernels of all that their language has become in C."""
-    found = {}
-    for name, kernel in vars(written_kernels).items():
-        if not inspect.isfunction(kernel) or kernel.__module__ != written_kernels.__name__:
-            continue
-        for label, precision, fixed in (("double", DOUBLE, True), ("single", SINGLE, True), ("open", DOUBLE, False)):
-            kinds = tuple(type_of(GIVEN.get(one, 1.5), sizes=fixed) for one in inspect.signature(kernel).parameters)
-            found[f"{name} {label}"] = text_of(kernel, kinds, precision, fixed)
-    return found
-
-
 def export_figures():
     """Return digests of the files of exported loops, numbers of versions apart."""
     found = {}
@@ -351,16 +328,6 @@ def export_figures():
                 text = file.read_text(encoding="utf-8").replace(adaptive_ff.__version__, "")
                 found[f"{label} {file.name}"] = digest([text])
     return found
-
-
-def text_of(kernel, kinds, precision, fixed):
-    unit = Unit(precision, "x", fixed=fixed)
-    try:
-        unit.function(kernel, kinds)
-    except NotTranslatable as error:
-        return str(error).rpartition("/")[2]
-    parts = [part.text for part in (*unit.structs.values(), *unit.functions.values())]
-    return digest([*parts, *unit.helper_texts()])
 
 
 SLOW, HALVED = {"sampling": {"period": 0.03}, "feedback": {"bandwidth": 2.0}}, {"time": 3.0, "friction_scale": 0.5}
@@ -464,6 +431,7 @@ PARTS = {
     "export": (export_figures, ()),
     **{f"identified {name}": (identified_figures, (name,)) for name in LOGS},
     "kernels in C": (written_figures, ()),
+    **{f"pieces of kernels {part}": (piece_figures, (part, 4)) for part in range(4)},
     **{f"functions of {room}": (digests, (room,)) for room in ROOMS},
     "designs": (design_figures, ()),
     "arguments": (argument_figures, ()),
