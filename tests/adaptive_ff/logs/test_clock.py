@@ -268,3 +268,10 @@ def test_coarse_log_with_jitter_and_repeated_rows_is_used_whole():
     assert found.data.used == pytest.approx(taken.size, rel=0.02)
     assert found.parameters["inertia"].value == pytest.approx(JOINT["inertia"], rel=0.03)
     assert found.parameters["coulomb"].value == pytest.approx(JOINT["coulomb"], rel=0.15)
+
+
+def test_rows_that_repeat_a_whole_sample_are_left_out_though_the_encoder_is_coarse():
+    log = make_log(noise=0.1, period=0.001)
+    rows = np.arange(log.time.size) // 5 * 5
+    coarse = replace(log, position=rounded(log.position, 2.0 * np.pi / 1024)[rows], torque=log.torque[rows])
+    assert identify_log(coarse).value("inertia") == pytest.approx(JOINT["inertia"], rel=0.02)
