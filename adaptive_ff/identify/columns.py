@@ -57,10 +57,6 @@ class Shape(NamedTuple):
         """The numbers of friction's shape that are not zero, by name."""
         return {name: value for name, value in self._asdict().items() if value and name != "load"}
 
-    def bent(self, name: str, value: float) -> "Shape":
-        """Return the shape with another one of the numbers."""
-        return Shape(**self._asdict() | {name: value})
-
 
 class Map(NamedTuple):
     """Known dependence on position: harmonics of periods, rad, or hats between two positions, rad."""

@@ -6,6 +6,7 @@ import numpy as np
 
 from adaptive_ff.errors import InputError, check_kind, check_positive
 from adaptive_ff.identify.columns import ASYMMETRY, TEXTBOOK, Map
+from adaptive_ff.identify.motion import TUNING
 from adaptive_ff.identify.preparation import Prepared, prepare
 from adaptive_ff.identify.regression import NOT_NEGATIVE, Model
 from adaptive_ff.identify.result import LogIdentification
@@ -16,10 +17,8 @@ from adaptive_ff.logs.columns import in_degrees
 from adaptive_ff.logs.log import KNOWN, Log, check_log
 from controllers.checks import check_numbers, checked_switch
 
-AUTO = "auto"
-
 FAMILIES: dict[str, tuple[tuple[str, ...], bool | None]] = {
-    AUTO: (TEXTBOOK, None),
+    "auto": (TEXTBOOK, None),
     "coulomb-viscous": (TEXTBOOK[:3], False),
     "symmetric": (TEXTBOOK[:3], False),
     "offset": (TEXTBOOK, False),
@@ -28,18 +27,6 @@ FAMILIES: dict[str, tuple[tuple[str, ...], bool | None]] = {
     "gravity-directions": ((*TEXTBOOK, ASYMMETRY), True),
 }
 """Terms of the textbook's model by the name of a family, and whether gravity is one; None where the log is to tell."""
-
-PLAIN = "coulomb-viscous"
-"""The family without refinements."""
-
-LONGEST_DELAY = 1.0
-"""Longest time after its stamp at which a torque may act, s; a longer one is a slip of the unit."""
-
-EXPLAINED = 0.5
-"""Fraction of the torque's variance from which on a model of the wrong sign is one."""
-
-UNEXPLAINED = 0.95
-"""Fraction of the torque that a model must not leave for there to be a joint."""
 
 
 def identify_log(
@@ -51,7 +38,7 @@ def identify_log(
     torque_delay: float | None = None,
     linear: bool = False,
     is_current: bool = False,
-    model: str = AUTO,
+    model: str = "auto",
     position_periods: Sequence[float] = (),
     position_hats: int = 0,
     load_friction: bool = False,
@@ -108,10 +95,11 @@ def identify_log(
     place = Map(tuple(position_periods), position_hats, *(ends if ends[1] > ends[0] else (ends[0], ends[0] + 1.0)))
     data = prepared._replace(place=place, has_known=load_friction)
     terms, weight = FAMILIES[model]
-    selection = select(data, terms, confidence, weight=weight, refine=model != PLAIN)
-    best = selection.refined or selection.textbook
-    _check_plausible(log, data, selection.textbook.model, best.left)
-    units = LINEAR if linear else ROTARY
+    textbook, refined, taken, lacking = select(
+        data, terms, confidence, weight=weight, refine=model != "coulomb-viscous"
+    )
+    best, units = refined or textbook, LINEAR if linear else ROTARY
+    _check_plausible(log, data, textbook.model, best.left)
     said = [*data.said, *in_degrees(data.log, float(np.max(np.abs(data.velocity))), linear=linear)]
     error, name = None, ""
     if validation is not None or held_out:
@@ -125,8 +113,11 @@ def identify_log(
     return LogIdentification(
         data,
         of_current(units) if is_current else units,
-        **selection._asdict(),
-        confidence=confidence,
+        textbook,
+        refined,
+        taken,
+        lacking,
+        confidence,
         validation=error,
         validated_on=name,
         cautions=said,
@@ -149,12 +140,13 @@ def _check_plausible(log: Log, data: Prepared, model: Model, left: float) -> Non
     speed = np.abs(data.velocity)
     dissipated = free["coulomb"] * np.mean(speed) + free["viscous"] * np.mean(speed**2)
     backward = (free["inertia"] < 0.0 and dissipated < 0.0) or (free["inertia"] <= 0.0 and free["coulomb"] < 0.0)
-    if backward and np.var(data.torque - data.columns(*model) @ values) < (1.0 - EXPLAINED) * np.var(data.torque):
+    unexplained = np.var(data.torque - data.columns(*model) @ values) / np.var(data.torque)
+    if backward and unexplained < 1.0 - TUNING.explained:
         raise InputError(
             f"{log.name}: friction would drive the joint and inertia be negative: torque and motion have opposite "
             f"signs, or their columns are exchanged: {log.scaling('torque', '-1')}, or name the others"
         )
-    if left > UNEXPLAINED:
+    if left > TUNING.unexplained:
         raise InputError(
             f"{log.name}: the motion explains {100.0 * max(0.0, 1.0 - left**2):.0f} % of the torque: it is not "
             "that of the drive of this joint, or other forces are larger (give what is known with --known-torque)"
@@ -195,8 +187,8 @@ def _check_arguments(
 def check_delay(torque_delay: float) -> None:
     """Raise ``InputError`` for a delay of the torque, s, that no drive has."""
     check_numbers(torque_delay=torque_delay)
-    if not abs(torque_delay) <= LONGEST_DELAY:
+    if not abs(torque_delay) <= TUNING.longest_delay:
         raise InputError(
-            f"torque_delay = {torque_delay:g} s is not allowed: it must be from {-LONGEST_DELAY:g} to "
-            f"{LONGEST_DELAY:g} s"
+            f"torque_delay = {torque_delay:g} s is not allowed: it must be from {-TUNING.longest_delay:g} to "
+            f"{TUNING.longest_delay:g} s"
         )

@@ -23,34 +23,47 @@ Array = NDArray[np.float64]
 
 
 class Tuning(NamedTuple):
-    """What was chosen of the filters; frequencies over that of the motion or of the samples, times over the band."""
+    """What was chosen: of the filters, of the regression, of the models that are tried, of what is refused or assumed.
 
-    motion_power: float = 0.99
-    """Fraction of the velocity's power below the frequency of the motion."""
-    times_motion: float = 6.0
-    """Band over the frequency of the motion."""
-    least_hertz: float = 10.0
-    """Smallest band that is chosen without noise, Hz: reversals are short however slow the motion is."""
-    least_times_motion: float = 2.0
-    """Smallest band over the frequency of the motion where noise narrows it."""
-    noise_fraction: float = 0.01
-    """Power of the noise of the acceleration in the band, over that of the acceleration."""
-    sampling_fraction: float = 0.2
-    """Largest band over the sampling frequency."""
-    wide: float = 5.0
-    """Corner of the filter before the sign of the velocity, over the band."""
-    rows_in_cycle: float = 4.0
-    """Rows of the regression in a cycle of the band."""
-    order: int = 2
-    """Order of the Butterworth filter, run forward and backward."""
-    edge_cycles: float = 1.0
-    """Rows dropped at either end of a segment, in cycles of the band."""
-    standstill: float = 0.01
-    """Speed below which the joint may stick, over that which 5 % of the rows exceed; at least the velocity's noise."""
-    standstill_fraction: float = 0.2
-    """Weight of standstill in a row, behind the filter, from which on the row is left out."""
-    oversampling: float = 6.0
-    """Samples kept in a cycle of the wide filter."""
+    The usual speed is that which 5 % of the rows exceed.
+    """
+
+    motion_power: float = 0.99  # fraction of the velocity's power below the frequency of the motion
+    times_motion: float = 6.0  # band over the frequency of the motion
+    least_hertz: float = 10.0  # smallest band without noise, Hz: reversals are short however slow the motion is
+    least_times_motion: float = 2.0  # smallest band over the frequency of the motion where noise narrows it
+    empty: float = 1e-3  # fraction of the velocity's power from which on an octave holds some of the motion
+    noise_fraction: float = 0.01  # power of the noise of the acceleration in the band, over that of the acceleration
+    sampling_fraction: float = 0.2  # largest band over the sampling frequency
+    wide: float = 5.0  # corner of the filter before the sign of the velocity, over the band
+    rows_in_cycle: float = 4.0  # rows of the regression in a cycle of the band
+    order: int = 2  # of the Butterworth filter, run forward and backward
+    edge_cycles: float = 1.0  # rows dropped at either end of a segment, in cycles of the band
+    standstill: float = 0.01  # speed over the usual one below which the joint may stick; at least the velocity's noise
+    standstill_fraction: float = 0.2  # weight of standstill in a row, behind the filter, from which on it is left out
+    oversampling: float = 6.0  # samples kept in a cycle of the wide filter
+    folds: tuple[int, int] = (8, 20)  # fewest and most folds of rows
+    ridge: float = 1e-10  # added to the scaled normal equations, against exact collinearity
+    most_noise: float = 0.5  # largest fraction of a column's square that is taken for noise
+    lags: tuple[float, ...] = (0.02, 0.04, 0.08, 0.16, 0.3, 0.6)  # friction lags that are tried, in cycles of the band
+    paths: tuple[float, ...] = (0.002, 0.008, 0.03)  # paths that are tried, over the way in a second at the usual speed
+    speeds: tuple[float, ...] = (0.02, 0.04, 0.08, 0.15, 0.3)  # Stribeck velocities that are tried, over that speed
+    steps: int = 2  # Gauss-Newton steps of a shape from the best tried one
+    near: float = 0.2  # logarithm of the largest factor by which a step changes a number of the shape
+    safety: float = 1.5  # standard error by the band over what half of it changes: half of the factor of two grids, 3
+    collinear: float = 1e-3  # fraction of a column that the others must leave for its parameter to be identifiable
+    fewest_samples: int = 50  # samples of a log ...
+    fewest_rows: int = 30  # ... and sliding rows of the regression, below which nothing is tried
+    largest: float = 1e30  # value of a series; one over it is the smallest peak
+    longest_delay: float = 1.0  # latest that a torque may act after its stamp, s; a later one is a slip of the unit
+    explained: float = 0.5  # fraction of the torque's variance from which on a model of the wrong sign is one
+    unexplained: float = 0.95  # fraction of the torque that a model must not leave for there to be a joint
+    vague: float = 0.25  # half width of an interval over its value from which on a parameter needs care
+    assumed_lag: float = (
+        0.01  # friction lag, s, if none is identified: too early throws a joint, too late sticks a little
+    )
+    slow: float = 0.05  # Stribeck velocity where none is identified, over the usual speed
+    most_variation: float = 0.9  # largest fraction by which friction varies over the position
 
 
 TUNING = Tuning()
@@ -154,17 +167,13 @@ def _gap(frequency: Array, power: Array) -> float:
 
     Lines beyond such a gap are those of an encoder passed at constant speed, not of the motion.
     """
-    edge, least = _below(frequency, power, 0.5), EMPTY * float(np.sum(power))
+    edge, least = _below(frequency, power, 0.5), TUNING.empty * float(np.sum(power))
     while edge < frequency[-1]:
         inside = (frequency >= edge) & (frequency < 2.0 * edge)
         if float(np.sum(power[inside])) < least:
             return edge
         edge *= 2.0
     return math.inf
-
-
-EMPTY = 1e-3
-"""Fraction of the power of the velocity from which on an octave holds some of the motion."""
 
 
 def lowpass(corner: float, period: float) -> Callable[[Array], Array]:

@@ -20,20 +20,11 @@ from adaptive_ff.identify.motion import (
     make_rows,
     spectrum,
 )
-from adaptive_ff.identify.regression import NOISE_FRACTION, Fit, Folds, Model, sums
+from adaptive_ff.identify.regression import Fit, Folds, Model, sums
 from adaptive_ff.logs.cleaning import clean, lacking_column
 from adaptive_ff.logs.defects import Skipped, median_step, usable_segments
 from adaptive_ff.logs.log import KNOWN, Log
 from controllers.arrays import NDArray
-
-FEWEST_SAMPLES, FEWEST_ROWS = 50, 30
-"""Samples of a log, and sliding rows of the regression, below which nothing is tried."""
-
-FOLDS = (8, 20)
-"""Fewest and most folds of rows."""
-
-LARGEST = 1e30
-"""Largest value of a series; one over it is the smallest peak."""
 
 
 class Prepared(NamedTuple):
@@ -166,7 +157,7 @@ def _filtered(
     every = [make_rows(one, band, found.noise, fast, widest) for one in segments]
     speed = np.concatenate([made.velocity[made.inner] for made in every])
     noise, power = speed.size * every[0].noise ** 2, float(np.sum(speed**2))
-    if noise > NOISE_FRACTION * power:
+    if noise > TUNING.most_noise * power:
         lost = math.sqrt(noise / max(noise, power))
         raise InputError(
             f"{name}: the speed is lost in the noise of the {'position' if found.noise.of_position else 'velocity'}, "
@@ -174,13 +165,13 @@ def _filtered(
         )
     rows = [made for made in every if made.kept.size and made.time.size * made.period > 4.0 / band]
     count = sum(made.kept.size for made in rows)
-    if count < FEWEST_ROWS:
+    if count < TUNING.fewest_rows:
         raise InputError(
             f"{name}: the joint slides in {counted(count, 'row')} of the band of {band:.3g} Hz only; there must be "
-            f"at least {FEWEST_ROWS}: record for longer, or give a wider --bandwidth"
+            f"at least {TUNING.fewest_rows}: record for longer, or give a wider --bandwidth"
         )
     cycles = count / (TUNING.rows_in_cycle * band) * found.slow
-    folds = min(int(np.clip(cycles, *FOLDS)), max(4, count // 12))
+    folds = min(int(np.clip(cycles, *TUNING.folds)), max(4, count // 12))
     joined = {
         name: np.concatenate([getattr(made, name)[made.kept] for made in rows])
         for name in ("velocity", "position", "time")
@@ -205,16 +196,15 @@ def _segment(log: Log, part: slice, period: float, delay: float) -> Segment:
 
 def _check(log: Log) -> None:
     """Refuse what is too short, and values with which squares would leave the range of numbers."""
-    if log.time.size < FEWEST_SAMPLES:
+    if log.time.size < TUNING.fewest_samples:
         few = counted(log.time.size, "sample")
-        raise InputError(f"{log.name}: the log has {few}; there must be at least {FEWEST_SAMPLES}")
+        raise InputError(f"{log.name}: the log has {few}; there must be at least {TUNING.fewest_samples}")
+    least, most = 1.0 / TUNING.largest, TUNING.largest
     series = {"sample time": np.array([median_step(log)]), "torque": log.torque, "motion": log.motion}
     for name, values in series.items():
         peak = float(np.max(np.abs(values), where=np.isfinite(values), initial=0.0))
-        if peak != 0.0 and not 1.0 / LARGEST <= peak <= LARGEST:
-            raise InputError(
-                f"{log.name}: the {name} reaches {peak:.3g}; it must be from {1.0 / LARGEST:g} to {LARGEST:g}"
-            )
+        if peak != 0.0 and not least <= peak <= most:
+            raise InputError(f"{log.name}: the {name} reaches {peak:.3g}; it must be from {least:g} to {most:g}")
 
 
 def _check_content(given: Log, log: Log, spans: list[slice], skipped: list[Skipped], *, linear: bool) -> None:

@@ -8,20 +8,14 @@ import numpy as np
 from scipy import optimize, special
 
 from adaptive_ff.identify.columns import Shape
-from adaptive_ff.identify.motion import Array
+from adaptive_ff.identify.motion import TUNING, Array
 from controllers.arrays import NDArray
 
 NOT_NEGATIVE = frozenset({"inertia", "coulomb", "viscous"})
 """Parameters whose estimates are bounded."""
 
-RIDGE = 1e-10
-"""Added to the scaled normal equations, against exact collinearity."""
-
 TORQUES = ("offset", "gravity_", "force_")
 """Beginnings of names of parameters that are torques without dissipation: about as large as the log's, beforehand."""
-
-NOISE_FRACTION = 0.5
-"""Largest fraction of a column's square that is taken for noise."""
 
 
 class Model(NamedTuple):
@@ -88,7 +82,7 @@ def tolerance(gram: Array) -> Array:
 def _scaled(gram: Array) -> tuple[Array, Array]:
     """Return products of columns of unit length, and their lengths."""
     scale = np.sqrt(np.maximum(np.diag(gram), 1e-300))
-    return gram / np.outer(scale, scale) + RIDGE * np.eye(scale.size), scale
+    return gram / np.outer(scale, scale) + TUNING.ridge * np.eye(scale.size), scale
 
 
 def sums(
@@ -105,7 +99,7 @@ def sums(
     places = np.arange(len(names))
     own = gram[:, places, places]
     prior = _prior(names, gram.sum(axis=0), moment.sum(axis=0), power.sum(), count.sum()) / count.size**2
-    clean[:, places, places] = own - np.minimum(np.outer(count, variance), NOISE_FRACTION * own) + prior
+    clean[:, places, places] = own - np.minimum(np.outer(count, variance), TUNING.most_noise * own) + prior
     return Folds(names, gram, clean, moment, power, count)
 
 

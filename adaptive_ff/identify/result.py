@@ -24,7 +24,7 @@ from adaptive_ff.friction.model import (
     TorqueModel,
 )
 from adaptive_ff.identify.columns import ASYMMETRY, Shape
-from adaptive_ff.identify.motion import Array
+from adaptive_ff.identify.motion import TUNING, Array
 from adaptive_ff.identify.preparation import Prepared
 from adaptive_ff.identify.regression import Fit, Parameter
 from adaptive_ff.identify.simulators import simulator_text
@@ -36,23 +36,11 @@ GOOD, CARE, UNUSABLE = "good", "usable with care", "not usable"
 LEFT = {GOOD: 0.15, CARE: 0.5}
 """Fraction of the torque (rms, of folds that were left out) that may be left."""
 
-WIDE = 0.25
-"""Half width of an interval over its value from which on a parameter needs care."""
-
 NEEDED = ("inertia", "coulomb", "viscous")
 """What a simulated joint needs."""
 
 REPORTED_AS = dict(zip(GRAVITY, ("gravity_sine", "gravity_cosine"), strict=True))
 """Names in an identification of what controllers call otherwise."""
-
-ASSUMED_LAG = 0.01
-"""Friction lag where none is identified, s: fed too early friction throws a joint, too late it sticks a little."""
-
-SLOW = 0.05
-"""Stribeck velocity where none is identified, over the usual speed."""
-
-LARGEST_FRACTION = 0.9
-"""Largest fraction by which friction varies over the position."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -170,7 +158,7 @@ class LogIdentification(Reported):
     def vague(self) -> list[str]:
         """Parameters that a simulated joint needs whose interval is wide, in the textbook's or in its own model."""
         models = self.parameters, self.joint_parameters
-        return [name for name in NEEDED if any(name in one and one[name].half_width > WIDE for one in models)]
+        return [name for name in NEEDED if any(name in one and one[name].half_width > TUNING.vague for one in models)]
 
     @property
     def grade(self) -> str:
@@ -218,10 +206,10 @@ class LogIdentification(Reported):
             coulomb=known.get("coulomb", 0.0),
             stiction=known.get("coulomb", 0.0) + excess,
             viscous=known.get("viscous", 0.0),
-            friction_lag=self.value("friction_lag") or (0.0 if self.value("path") else ASSUMED_LAG),
+            friction_lag=self.value("friction_lag") or (0.0 if self.value("path") else TUNING.assumed_lag),
             stribeck_velocity=self.value("stribeck_velocity")
             if excess
-            else float(f"{SLOW * float(abs(self.data.velocity).max()):.3g}"),
+            else float(f"{TUNING.slow * float(abs(self.data.velocity).max()):.3g}"),
             stribeck_shape=1.0,
             offset=known.get("offset", 0.0),
             viscous_asymmetry=known.get(ASYMMETRY, 0.0),
@@ -280,7 +268,7 @@ class LogIdentification(Reported):
             "position_periods": place.periods,
             "position_hats": place.hats,
             "position_range": (place.low, place.high) if place.hats else None,
-            "position_map": tuple(min(max(one, -LARGEST_FRACTION), LARGEST_FRACTION) for one in fractions),
+            "position_map": tuple(min(max(one, -TUNING.most_variation), TUNING.most_variation) for one in fractions),
         }
 
     def _suiting(self) -> tuple[str, ...]:

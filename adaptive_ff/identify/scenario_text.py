@@ -9,8 +9,8 @@ import numpy as np
 from adaptive_ff.files import template
 from adaptive_ff.friction.model import TorqueModel
 from adaptive_ff.identify.columns import ASYMMETRY
-from adaptive_ff.identify.motion import Array
-from adaptive_ff.identify.result import LARGEST_FRACTION, LogIdentification
+from adaptive_ff.identify.motion import TUNING, Array
+from adaptive_ff.identify.result import LogIdentification
 from adaptive_ff.scenario.content import MAIN_JOB
 from adaptive_ff.scenario.file import toml_value, with_comment
 from plant.lugre import LuGreJoint
@@ -145,7 +145,7 @@ def _beside_friction(found: LogIdentification) -> tuple[dict[str, Any], dict[str
     coulomb = found.value("coulomb")
     if waves["friction"] and coulomb > 0.0:
         size, period = max(waves["friction"])
-        variation |= {"position_amplitude": min(size / coulomb, LARGEST_FRACTION), "position_period": period}
+        variation |= {"position_amplitude": min(size / coulomb, TUNING.most_variation), "position_period": period}
     if found.gravity[0] > 0.0 and found.best.model.shape.load and coulomb > 0.0:
         variation["load_share"] = max(0.0, found.value("load_friction")) / coulomb
     simulated: dict[str, Any] = {"variation": variation} if variation else {}

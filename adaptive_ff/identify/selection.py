@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from adaptive_ff.identify.columns import ASYMMETRY, CARRIED, GRAVITY, Shape, is_friction
-from adaptive_ff.identify.motion import Array
+from adaptive_ff.identify.motion import TUNING, Array
 from adaptive_ff.identify.preparation import Prepared, narrowed
 from adaptive_ff.identify.regression import Fit, Model, Parameter, bounded, left_out_errors, quantile, spread
 
@@ -30,36 +30,6 @@ class Rule(NamedTuple):
 REFINEMENT, WEIGHT = Rule(1.5, 0.1), Rule(0.7, 0.03)
 """For refinements, and for gravity, which most rotary joints have."""
 
-LAGS = (0.02, 0.04, 0.08, 0.16, 0.3, 0.6)
-"""Friction lags that are tried, in cycles of the band."""
-
-PATHS = (0.002, 0.008, 0.03)
-"""Paths that are tried, over the way in a second at the usual speed."""
-
-SPEEDS = (0.02, 0.04, 0.08, 0.15, 0.3)
-"""Stribeck velocities that are tried, over the usual speed."""
-
-COLLINEAR = 1e-3
-"""Fraction of a column that the others must leave for its parameter to be identifiable."""
-
-STEPS = 2
-"""Gauss-Newton steps of a shape from the best tried one."""
-
-SAFETY = 1.5
-"""Standard error by the band over what half of it changes: half of the factor of safety of two grids, 3."""
-
-NEAR = 0.2
-"""Logarithm of the largest factor by which a step changes a number of the shape."""
-
-
-class Selection(NamedTuple):
-    """The textbook's model, that with the refinements that were taken, and what is not identifiable, with why."""
-
-    textbook: Fit
-    refined: Fit | None
-    taken: tuple[str, ...]
-    unidentified: dict[str, str]
-
 
 def is_better(old: Array, new: Array, rule: Rule) -> bool:
     """Tell whether errors of folds fall by what a rule asks for."""
@@ -74,12 +44,12 @@ def refinements(data: Prepared, model: Model) -> Iterator[tuple[str, Model]]:
     names, shape = model
     band, fast = data.band, data.fast
     if "coulomb" in names and not (shape.friction_lag or shape.path):
-        for cycles in LAGS:
+        for cycles in TUNING.lags:
             yield "lag", Model(names, shape._replace(friction_lag=cycles / band))
-        for seconds in PATHS:
+        for seconds in TUNING.paths:
             yield "path", Model(names, shape._replace(path=seconds * fast))
     if "coulomb" in names and not shape.stribeck_velocity:
-        for fraction in SPEEDS:
+        for fraction in TUNING.speeds:
             yield "stribeck", Model((*names, "stiction_excess"), shape._replace(stribeck_velocity=fraction * fast))
     if "coulomb" in names and "load_friction" not in names:
         yield "load", Model((*names, "load_friction"), shape._replace(load=data.load))
@@ -104,11 +74,11 @@ def tried(data: Prepared, model: Model) -> dict[str, tuple[Model, Array]]:
 
 def select(
     data: Prepared, terms: tuple[str, ...], confidence: float, *, weight: bool | None, refine: bool
-) -> Selection:
+) -> tuple[Fit, Fit | None, tuple[str, ...], dict[str, str]]:
     """Select a model from the textbook's terms, for intervals of some probability.
 
     ``weight`` says whether gravity takes torque (None: the rows are to tell), ``refine`` whether refinements may be
-    taken.
+    taken. Returns the textbook's model, that with refinements, these, and what is not identifiable with why.
     """
     model, lacking = _identifiable(data, terms)
     errors = left_out_errors(data.fit(model))
@@ -118,7 +88,7 @@ def select(
         with_weight = left_out_errors(folds)
         if weight or (weight is None and is_better(errors, with_weight, WEIGHT)):
             model, errors = heavy, with_weight
-        elif folds.tolerance().get("inertia", 1.0) < COLLINEAR:  # a spring-like torque and inertia are one number
+        elif folds.tolerance().get("inertia", 1.0) < TUNING.collinear:  # a spring and inertia are one number
             lacking["inertia"] = "one_sine"
     if not data.has_known:
         found = dict(zip(model.names, data.fit(model).solve().tolist(), strict=True))
@@ -137,11 +107,11 @@ def select(
     narrower, refined = narrowed(data), None
     if taken:
         best = estimated(data, model, errors)
-        for _ in range(STEPS if best.steps.size else 0):
+        for _ in range(TUNING.steps if best.steps.size else 0):
             best = estimated(data, best.moved(), errors)
         estimates.append(best)
         refined = with_intervals(data, narrower, best, confidence)
-    return Selection(averaged(data, narrower, estimates, confidence), refined, tuple(taken), lacking)
+    return averaged(data, narrower, estimates, confidence), refined, tuple(taken), lacking
 
 
 def _identifiable(data: Prepared, terms: tuple[str, ...]) -> tuple[Model, dict[str, str]]:
@@ -153,7 +123,7 @@ def _identifiable(data: Prepared, terms: tuple[str, ...]) -> tuple[Model, dict[s
         reasons = {"coulomb": "one_way", **reasons}
     for name, reason in reasons.items():
         own = data.fit(Model(tuple(names))).tolerance()[name]
-        if min(own, max(0.0, quiet) ** 4 if name == "inertia" else 1.0) < COLLINEAR:
+        if min(own, max(0.0, quiet) ** 4 if name == "inertia" else 1.0) < TUNING.collinear:
             names.remove(name)
             lacking[name] = reason
     return Model(tuple(names)), lacking
@@ -174,9 +144,9 @@ class Estimated(NamedTuple):
     def moved(self) -> Model:
         """Return the model with its shape a Gauss-Newton step further."""
         shape = self.model.shape
-        for (name, value), step in zip(shape.bends.items(), np.clip(self.steps, -NEAR, NEAR), strict=True):
-            shape = shape.bent(name, value * math.exp(step))
-        return self.model._replace(shape=shape)
+        factors = np.exp(np.clip(self.steps, -TUNING.near, TUNING.near)).tolist()
+        moved = {name: one * factor for (name, one), factor in zip(shape.bends.items(), factors, strict=True)}
+        return self.model._replace(shape=shape._replace(**moved))
 
 
 def estimated(data: Prepared, model: Model, errors: Array) -> Estimated:
@@ -194,7 +164,8 @@ def by_band(narrower: Prepared | None, one: Estimated) -> Array:
     That is the error estimate of L. F. Richardson (Phil. Trans. R. Soc. A 210, 1911), of first order, with the factor
     of safety of P. J. Roache (J. Fluids Eng. 116, 1994).
     """
-    return np.zeros_like(one.values) if narrower is None else SAFETY * (narrower.fit(one.model).solve() - one.values)
+    changed = one.values if narrower is None else narrower.fit(one.model).solve()
+    return np.asarray(TUNING.safety * (changed - one.values))
 
 
 def with_intervals(data: Prepared, narrower: Prepared | None, one: Estimated, confidence: float) -> Fit:
@@ -269,8 +240,7 @@ def _slopes(data: Prepared, model: Model, values: Array) -> dict[str, Array]:
     """Return the derivative of the torque by the logarithm of each number of the shape."""
     found = {}
     for name, value in model.shape.bends.items():
-        up, down = (
-            data.columns(model.names, model.shape.bent(name, value * factor)) @ values for factor in (1.05, 1.0 / 1.05)
-        )
+        shapes = (model.shape._replace(**{name: value * factor}) for factor in (1.05, 1.0 / 1.05))
+        up, down = (data.columns(model.names, shape) @ values for shape in shapes)
         found[name] = (up - down) / (2.0 * math.log(1.05))
     return found

@@ -15,11 +15,10 @@ import scipy
 from adaptive_ff.errors import InputError, check_positive, sentence
 from adaptive_ff.friction.model import IDENTIFIED, unit_of
 from adaptive_ff.identify.identification import check_delay, identify_log
-from adaptive_ff.identify.motion import Array, Rows
+from adaptive_ff.identify.motion import TUNING, Array, Rows
 from adaptive_ff.identify.preparation import Prepared, prepare
 from adaptive_ff.identify.regression import tolerance
-from adaptive_ff.identify.result import SLOW, LogIdentification
-from adaptive_ff.identify.selection import COLLINEAR
+from adaptive_ff.identify.result import LogIdentification
 from adaptive_ff.identify.units import of_current
 from adaptive_ff.learning.kalman import LOOP, Estimate
 from adaptive_ff.logs.log import Log, check_log
@@ -202,7 +201,7 @@ def replay_log(
         torque=float(np.std(prepared.torque)),
         accelerated=float(np.std(np.concatenate([np.diff(rows.velocity) / rows.period for rows in prepared.rows]))),
         inertia=inertia,
-        stribeck_velocity=stribeck_velocity or SLOW * prepared.fast,
+        stribeck_velocity=stribeck_velocity or TUNING.slow * prepared.fast,
         parameters=IDENTIFIED[identify],
         ripples=tuple(ripple_periods),
     )
@@ -275,7 +274,7 @@ def _unidentified(prepared: Prepared, learner: Learner) -> list[str]:
     dry, turning = ([COLUMNS.index(name) for name in some] for some in (DRY, TURNING))
     columns[:, turning] -= columns[:, dry].sum(axis=1, keepdims=True)
     names = zip(learner.names, tolerance(columns.T @ columns), strict=False)
-    return [name for name, own in names if own < COLLINEAR and name not in TURNING]
+    return [name for name, own in names if own < TUNING.collinear and name not in TURNING]
 
 
 def _judged(

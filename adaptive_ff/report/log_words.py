@@ -6,8 +6,9 @@ from typing import Any
 
 from adaptive_ff.identify.columns import is_mapped
 from adaptive_ff.identify.identification import SAYS
+from adaptive_ff.identify.motion import TUNING
 from adaptive_ff.identify.regression import Parameter
-from adaptive_ff.identify.result import CARE, GOOD, LEFT, WIDE, LogIdentification
+from adaptive_ff.identify.result import CARE, GOOD, LEFT, LogIdentification
 from adaptive_ff.identify.score import Score
 from adaptive_ff.identify.units import unit_of
 from adaptive_ff.replay.replay import COLD, FIXED, NONE, RECORDED, SAVED, Replay
@@ -72,7 +73,7 @@ def verdict_lines(found: LogIdentification) -> list[str]:
         what = "most of the torque is something else" if left > LEFT[CARE] else "part of the torque is something else"
         reasons.append(f"{_percent(left)} of the torque are left: {what} (load, coupling, other axes)")
     if found.vague:
-        reasons.append(f"{', '.join(found.vague)}: known to {WIDE:.0%} or worse; {_narrowing(found)}")
+        reasons.append(f"{', '.join(found.vague)}: known to {TUNING.vague:.0%} or worse; {_narrowing(found)}")
     lines = [f"Verdict: {found.grade}" + (f"; {'; '.join(reasons)}." if reasons else ".")]
     if found.refined is not None:
         lines.append(f"Refined by {', '.join(found.taken)}; {_moved(found)}.")
