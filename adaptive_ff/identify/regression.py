@@ -119,7 +119,7 @@ def solve(gram: Array, moment: Array, names: tuple[str, ...], *, bounded: bool =
     scaled, scale = _scaled(gram)
     right = moment / scale
     values = np.linalg.solve(scaled, right)
-    low = np.array([0.0 if name in NOT_NEGATIVE else -np.inf for name in names])
+    low = lowest(names)
     if bounded and np.any(values < low):
         powers, axes = np.linalg.eigh(scaled)
         root = np.sqrt(np.maximum(powers, 1e-9))
@@ -128,9 +128,9 @@ def solve(gram: Array, moment: Array, names: tuple[str, ...], *, bounded: bool =
     return np.asarray(values / scale)
 
 
-def bounded(names: tuple[str, ...], values: Array) -> Array:
-    """Return values of parameters; what cannot be negative is not."""
-    return np.where([name in NOT_NEGATIVE for name in names], np.maximum(values, 0.0), values)
+def lowest(names: tuple[str, ...]) -> Array:
+    """Return the lower bounds of parameters: zero of what cannot be negative."""
+    return np.array([0.0 if name in NOT_NEGATIVE else -np.inf for name in names])
 
 
 def _without_each(folds: Folds, *, bounded: bool) -> Array:

@@ -139,11 +139,6 @@ class LogIdentification(Reported):
         return [name for name in wanted if name not in known]
 
     @property
-    def identified(self) -> list[str]:
-        """Parameters of the best model, which the log identifies."""
-        return list(self.best.values)
-
-    @property
     def linear(self) -> bool:
         """Whether it is a linear axis."""
         return self.units["velocity"] == "m/s"
@@ -328,7 +323,7 @@ class LogIdentification(Reported):
             "confidence": self.confidence,
             "verdict": self.grade,
             "given": self.given,
-            "identified": self.identified,
+            "identified": list(self.best.values),
             "unidentified": self.unidentified,
             "vague": self.vague,
             "narrowed_by": {name: {"motion": kind, "times": by} for name, (kind, by) in self.narrowed_by.items()},

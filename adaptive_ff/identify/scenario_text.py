@@ -2,6 +2,7 @@
 
 import math
 from contextlib import suppress
+from itertools import starmap
 from typing import Any
 
 import numpy as np
@@ -123,34 +124,29 @@ def _joint(found: LogIdentification, model: TorqueModel, period: float) -> dict[
 
 def _beside_friction(found: LogIdentification) -> tuple[dict[str, Any], dict[str, Any]]:
     """Return what the controller is to learn beside friction, and the strongest waves over position, as simulated."""
-    waves: dict[str, list[tuple[float, float]]] = {"friction": [], "force": []}
-    for kind, pairs in waves.items():
-        for number, period in enumerate(found.data.place.periods, start=1):
-            size = math.hypot(*(found.value(f"{kind}_{part}_{number}") for part in ("sine", "cosine")))
-            pairs.extend([(size, period)] if size > 0.0 else [])
-    learnt: dict[str, Any] = {}
+    place, learnt, strongest = found.data.place, dict[str, Any](), {}
     if found.linear:
         learnt["identify"] = "directions" if found.value(ASYMMETRY) else "offset"
     elif found.gravity[0] > 0.0:
         learnt["identify"] = "gravity"
-    learnt |= {
-        key: [period for _, period in waves[kind]]
-        for key, kind in (("ripple_periods", "force"), ("position_periods", "friction"))
-        if waves[kind]
-    }
+    for kind, key in (("force", "ripple_periods"), ("friction", "position_periods")):
+        numbers = range(1, len(place.periods) + 1)
+        waves = (tuple(found.value(f"{kind}_{part}_{number}") for part in ("sine", "cosine")) for number in numbers)
+        strongest[kind] = max(zip(starmap(math.hypot, waves), place.periods, strict=True), default=(0.0, 0.0))
+        if strongest[kind][0] > 0.0:
+            learnt[key] = list(place.periods)
     if any(name.startswith("friction_hat") for name in found.best.values):
-        start, place = float(found.data.longest.position[0]), found.data.place
+        start = float(found.data.longest.position[0])
         learnt |= {"position_hats": place.hats, "position_range": [place.low - start, place.high - start]}
-    variation: dict[str, float] = {}
-    coulomb = found.value("coulomb")
-    if waves["friction"] and coulomb > 0.0:
-        size, period = max(waves["friction"])
+    variation, coulomb = dict[str, float](), found.value("coulomb")
+    size, period = strongest["friction"]
+    if size > 0.0 and coulomb > 0.0:
         variation |= {"position_amplitude": min(size / coulomb, TUNING.most_variation), "position_period": period}
     if found.gravity[0] > 0.0 and found.best.model.shape.load and coulomb > 0.0:
         variation["load_share"] = max(0.0, found.value("load_friction")) / coulomb
     simulated: dict[str, Any] = {"variation": variation} if variation else {}
-    if waves["force"]:
-        size, period = max(waves["force"])
+    size, period = strongest["force"]
+    if size > 0.0:
         simulated["actuator"] = {"ripple_amplitude": size, "ripple_period": period}
     return learnt, simulated
 

@@ -13,7 +13,7 @@ import numpy as np
 from adaptive_ff.identify.columns import ASYMMETRY, CARRIED, GRAVITY, Shape, is_friction
 from adaptive_ff.identify.motion import TUNING, Array
 from adaptive_ff.identify.preparation import Prepared, narrowed
-from adaptive_ff.identify.regression import Fit, Model, Parameter, bounded, left_out_errors, quantile, spread
+from adaptive_ff.identify.regression import Fit, Model, Parameter, left_out_errors, lowest, quantile, spread
 
 
 class Rule(NamedTuple):
@@ -193,7 +193,7 @@ def averaged(data: Prepared, narrower: Prepared | None, models: list[Estimated],
     weights = (square / square.min()) ** -float(textbook.errors.size)
     weights /= weights.sum()
     maps = [(_textbook_of(data, names, one), one) for one in models]
-    each = np.array([bounded(names, own[:, : one.values.size] @ one.values) for own, one in maps])
+    each = np.array([np.maximum(lowest(names), own[:, : one.values.size] @ one.values) for own, one in maps])
     within = np.array([np.diag(own @ one.covariance @ own.T) for own, one in maps])
     biases = np.array([own[:, : one.values.size] @ by_band(narrower, one) for own, one in maps])
     mean = weights @ each
@@ -202,7 +202,7 @@ def averaged(data: Prepared, narrower: Prepared | None, models: list[Estimated],
 
 
 def _fit(data: Prepared, one: Estimated, names: tuple[str, ...], values: Array, half: Array) -> Fit:
-    ends = [bounded(names, end).tolist() for end in (values, values - half)]
+    ends = np.maximum(lowest(names), [values, values - half]).tolist()
     parameters = map(Parameter, *ends, (values + half).tolist())
     left = math.sqrt(float(np.mean(one.errors)) / float(np.mean(data.torque**2)))
     return Fit(one.model, dict(zip(names, parameters, strict=True)), left)
@@ -240,7 +240,7 @@ def _slopes(data: Prepared, model: Model, values: Array) -> dict[str, Array]:
     """Return the derivative of the torque by the logarithm of each number of the shape."""
     found = {}
     for name, value in model.shape.bends.items():
-        shapes = (model.shape._replace(**{name: value * factor}) for factor in (1.05, 1.0 / 1.05))
+        shapes = (Shape(**model.shape._asdict() | {name: value * factor}) for factor in (1.05, 1.0 / 1.05))
         up, down = (data.columns(model.names, shape) @ values for shape in shapes)
         found[name] = (up - down) / (2.0 * math.log(1.05))
     return found

@@ -77,7 +77,7 @@ def verdict_lines(found: LogIdentification) -> list[str]:
     lines = [f"Verdict: {found.grade}" + (f"; {'; '.join(reasons)}." if reasons else ".")]
     if found.refined is not None:
         lines.append(f"Refined by {', '.join(found.taken)}; {_moved(found)}.")
-    return [*lines, parameters_line(found.given, found.identified)]
+    return [*lines, parameters_line(found.given, list(found.best.values))]
 
 
 def next_step(found: LogIdentification, folder: str, *, written: bool, simulated: bool) -> str:
