@@ -13,7 +13,7 @@ from closed_loops import NAMES, SCENARIO
 from drawn_arguments import digest, digests, plain
 from exports import DELAYED, adaptive, adaptive_variants, made
 from kernel_figures import piece_figures, written_figures
-from synthetic_logs import make_log, sines_log
+from synthetic_logs import coloured, make_log, sines_log
 
 import adaptive_ff
 import controllers
@@ -24,11 +24,13 @@ from adaptive_ff.friction.model import PER_DIRECTION, WITH_GRAVITY, WITH_OFFSET
 from adaptive_ff.identify.scenario_text import reference_columns, scenario_text
 from adaptive_ff.identify.score import score_log
 from adaptive_ff.identify.simulators import ENDINGS
+from adaptive_ff.logs.log import KNOWN, Log
 from adaptive_ff.replay.replay import replay_log
 from adaptive_ff.report.log_words import details, verdict_lines
 from adaptive_ff.simulation.metrics import rms
 from plant import CHANGE_JOINT, SCALE_JOINT, SENSED_VELOCITY, Joint, JointChange
 from plant import kinds as joints
+from plant.fields import Table
 from tests.test_refused_arguments import NUMBERS, call, each, of_kind
 
 CURVE = {"inertia": 20.0, "coulomb": 60.0, "stiction": 90.0, "viscous": 80.0, "stribeck_velocity": 0.05}
@@ -227,16 +229,45 @@ def fit_figures():
 def sines(further):
     """Return a log of a joint with a further torque along three sines, one row of ten."""
     log = sines_log(further, seconds=14, rate=1000)[0]
-    return adaptive_ff.Log(log.name, log.time[::10], log.torque[::10], position=log.position[::10])
+    return Log(log.name, log.time[::10], log.torque[::10], position=log.position[::10])
 
 
 def jittered(size):
     """Return a log whose clock jitters (s)."""
     log = make_log(14.0, 0.01, 0.05)
-    return adaptive_ff.Log(log.name, log.time + size * np.sin(3.0 * log.time) ** 5, log.torque, position=log.position)
+    return Log(log.name, log.time + size * np.sin(3.0 * log.time) ** 5, log.torque, position=log.position)
+
+
+def steered(velocity, further=None):
+    """Return a log of a joint along a velocity of the time (s), with a known torque, rad, beside."""
+    time = 0.01 * np.arange(1400)
+    speed = velocity(time)
+    position = np.cumsum(speed) * 0.01
+    known = 2.0 * np.cos(1.3 * position)
+    torque = 2.0 * np.gradient(speed, time) + 4.0 * speed + np.sign(speed) * (3.0 + 0.2 * np.abs(known)) - known
+    torque += coloured(time.size, 0.01, 0.05, np.random.default_rng(105)) + (
+        further(position, speed) if further else 0.0
+    )
+    return Log("steered", time, torque, position=position, extra={KNOWN: known})
+
+
+def swept(time):
+    return np.sin(2.0 * time + 0.3 * time**2) + 0.6 * np.sin(0.9 * time)
 
 
 LOGS = {
+    "known": (partial(steered, swept), {"load_friction": True, "model": "gravity-directions"}),
+    "two periods": (
+        partial(steered, swept, lambda q, w: np.sin(9.0 * q) + (0.8 * np.cos(5.0 * q)) * np.sign(w)),
+        {"position_periods": [2.0 * math.pi / 9.0, 2.0 * math.pi / 5.0], "model": "gravity", "confidence": 0.8},
+    ),
+    "linear hats": (
+        partial(steered, swept, lambda q, w: np.where(np.abs(q) < 0.2, 1.5, 0.0) * np.sign(w) - 0.9 * np.abs(w)),
+        {"linear": True, "is_current": True, "position_hats": 2, "model": "directions", "held_out": 0.2},
+    ),
+    "one-way": (partial(steered, lambda time: 1.2 + swept(time) * 0.5), {"model": "offset"}),
+    "one sine": (partial(steered, lambda time: np.sin(5.0 * time)), {"bandwidth": 8.0, "torque_delay": -0.01}),
+    "stops": (partial(steered, lambda time: swept(time) * (np.sin(1.1 * time) > -0.3)), {"model": "coulomb-viscous"}),
     "free": (partial(make_log, 14.0, 0.01, 0.05), {"confidence": 0.9}),
     "velocity": (partial(make_log, 14.0, 0.01, 0.05, as_position=False), {"held_out": 0.3, "torque_delay": 0.005}),
     "linear": (partial(make_log, 14.0, 0.01, 0.05, 102), {"linear": True, "bandwidth": 6.0, "model": "symmetric"}),
@@ -263,7 +294,11 @@ def identified_figures(name):
     texts |= {"reference": digest(plain(reference_columns(found)))}
     texts |= {f"first {constant}": words_of(found.first_estimate, constant) for constant in (None, 1.7)}
     texts |= {"verdict": " | ".join(verdict_lines(found)), "details": " | ".join(details(found))}
-    score = {} if log.position is None else score_log(log, log, **options).to_dict() | {"identification": {}}
+    score = {}
+    try:
+        score = {} if log.position is None else score_log(log, log, **options).to_dict() | {"identification": {}}
+    except adaptive_ff.InputError as error:
+        texts["score"] = str(error)
     return dict(numbers(found.to_dict())) | dict(numbers(score, "score")) | texts
 
 
@@ -284,7 +319,10 @@ def restored_figures(make):
     saved, found, learns = json.loads(controller.state_to_json()), {}, hasattr(controller, "diagnose")
     for content, key, name in leaves(saved):
         known, said = content[key], []
-        for content[key] in (0, -1.0, 5, 1e9, -1e18):
+        near = (
+            (known * (1.0 + 1e-10), known * (1.0 + 3e-9)) if "belongs_to" in name and isinstance(known, float) else ()
+        )
+        for content[key] in (0, -1.0, 5, 1e9, -1e18, *near):
             said.append(words_of(controller.state_from_json, json.dumps(saved)))
         said += [f"{one.code} {one.names}" for one in controller.diagnose().findings] if learns else []
         found[name], content[key] = digest(said), known
@@ -298,19 +336,69 @@ SLOW_NAMES = (
 SLOW_NAMES += " run_in simulate systems"
 
 
+NAMED = re.compile(r"(?<![\w.])-?\d+(?:\.\d+)?(?:e[+-]?\d+)?(?![\w.])")
+
+
+def said_at_limits(outcome):
+    """Return what comes of numbers of all sizes, then of those that a refusal names, exactly and next to them."""
+    said = [outcome(value) for value in LADDER]
+    named = {float(one) for text in said if " " in text for one in NAMED.findall(text)}.difference(LADDER)
+    return said + [outcome(float(np.nextafter(one, way))) for one in sorted(named) for way in (-np.inf, one, np.inf)]
+
+
 def argument_figures():
-    """Return digests of what comes of numbers of all sizes, for each argument of what is public."""
+    """Return digests of what comes of numbers, for each argument of what is public."""
     found = {}
     for name in of_kind(*NUMBERS):
         for argument in () if any(one in name for one in SLOW_NAMES.split()) else each(name, *NUMBERS):
-            found[f"{name} {argument}"] = digest([words_of(call, name, **{argument: value}) for value in LADDER])
+
+            def outcome(one):
+                return words_of(call, name, **{argument: one})  # noqa: B023
+
+            found[f"{name} {argument}"] = digest(said_at_limits(outcome))
     return found
 
 
+TABLES_OF_PLANT = {
+    **{name: (kind, {**CURVE, **further}) for name, (kind, further) in KINDS.items() if name != "lugre"},  # takes long
+    "two-sided": (joints.JointModel, {**CURVE, **TWO_SIDED}),
+    "linear": (joints.JointModel, {**CURVE, "axis": "linear"}),
+    "sensor": (plant.Sensor, {"leap": 0.3, "leap_share": 0.01, "held": 3, "held_share": 0.02}),
+    "encoder": (plant.Sensor, {"encoder_resolution": 1e-3, "ripple_amplitude": 1e-3, "ripple_period": 0.2}),
+    "actuator": (plant.Actuator, {"torque_limit": 300.0, "torque_resolution": 1.0, "ripple_amplitude": 3.0}),
+    "change": (plant.FrictionChange, {"time": 1.0}),
+    "variation": (plant.FrictionVariation, {}),
+}
+"""Tables, and fields that they are made with."""
+
+
+def field_figures():
+    """Return digests of what is said of numbers in each field of a table, those of its other fields among them."""
+    found = {}
+    for name, (table, fields) in TABLES_OF_PLANT.items():
+        ties = [one for one in fields.values() if isinstance(one, float)]
+        beside = [float(np.nextafter(one, way)) for one in ties for way in (-np.inf, one, np.inf)]
+        for field in table.model_fields:
+
+            def outcome(one):
+                return words_of(table, **{**fields, field: one})  # noqa: B023
+
+            found[f"{name} {field}"] = digest([*said_at_limits(outcome), *map(outcome, beside)])
+    return found
+
+
+def below(table):
+    """Return the tables of joints and scenarios that are made of one."""
+    own = [one for one in table.__subclasses__() if one.__module__.startswith(("plant", "adaptive_ff.scenario"))]
+    return own + [further for one in own for further in below(one)]
+
+
 def documented_figures():
-    """Return digests of documentation that is put together."""
-    kinds = plant.Sensor, plant.Actuator, plant.JointModel, controllers.DisturbanceObserver, controllers.SuperTwisting
-    return {one.__name__: digest([str(one.__doc__), str(inspect.signature(one))]) for one in kinds}
+    """Return digests of documentation that is put together: of every table, and of some controllers."""
+    found = {}
+    for one in (*below(Table), controllers.DisturbanceObserver, controllers.SuperTwisting):
+        found[f"{one.__module__}.{one.__name__}"] = digest([str(one.__doc__), str(inspect.signature(one)), *dir(one)])
+    return dict(sorted(found.items()))
 
 
 def tables(estimates):
@@ -388,19 +476,53 @@ JOINTS = [
 TABLES = [{}, {"period": 0.01}, *({"period": 0.01, "joints": one} for one in (1, {}, *JOINTS))]
 TABLES += [{"period": period, "joints": {"a": GAINS}, **more} for period, more in ((0.0, {}), (0.01, {"gain": 1.0}))]
 NOT_IDENTIFIED = [{"bandwidth": 200.0}, {"torque_delay": math.inf}, {"model": "lugre"}, {"load_friction": True}]
+NOT_IDENTIFIED += [{"position_hats": -1}, {"position_hats": 2.5}, {"position_hats": 3, "position_periods": (1.0,)}]
+NOT_IDENTIFIED += [{"held_out": one} for one in (-1e-9, 0.99, 0.9)] + [{"confidence": one} for one in (0.0, 0.5)]
+NOT_IDENTIFIED += [{"torque_delay": one} for one in (-1.0, 1.0, -1.001, 1.001)] + [{"bandwidth": 1.0}]
 NOT_IDENTIFIED += [{"position_hats": 1}, {"position_periods": (0.0,)}, {"confidence": 1.0}, {"held_out": 1.0}]
+
+
+def spoilt():
+    """Yield logs of which no joint can be told, with what is wrong with each."""
+    log = make_log(14.0, 0.01, 0.05)
+    noise = np.random.default_rng(106).standard_normal(log.time.size)
+    still, half = np.zeros(log.time.size), log.time > 7.0
+    for name, torque, position in (
+        *(("opposite", -log.torque, log.position), ("unrelated", 5.0 * noise, log.position)),
+        *(("exchanged", log.position, log.torque), ("noisy", log.torque, log.position + 0.3 * noise)),
+        *(
+            ("still", log.torque, still),
+            ("without torque", still, log.position),
+            ("huge", 1e31 * log.torque, log.position),
+        ),
+        *(("tiny", 1e-32 * log.torque, log.position), ("torn", np.where(half, math.nan, log.torque), log.position)),
+        *(
+            ("slow", log.torque, 1e-12 * log.position),
+            ("holes", np.where(log.time % 0.3 < 0.05, math.nan, 1.0), log.position),
+        ),
+        *(("degrees", log.torque, np.degrees(log.position)), ("stuck", log.torque, np.where(half, log.position, 1.0))),
+    ):
+        yield name, Log(name, log.time, torque, position=position)
+    yield "short", log.part(slice(60))
+
 
 NOT_REPLAYED = [{"identify": "all"}, {"identify": "gravity"}, {"memory": -1.0}, {"ripple_periods": (0.0,)}]
 NOT_REPLAYED += [{"state": "3"}, {"torque_delay": 3.0}]
 
 
 def refused_figures():
-    """Return what is said of scenarios, first models, groups of joints and options that cannot be, by what is given."""
+    """Return what is said of scenarios, first models and groups of joints that cannot be, by what is given."""
     found = {str(changes): words_of(SCENARIO.modified, **changes) for changes in REFUSED}
     found |= {str(one): words_of(adaptive, WITH_OFFSET, **one) for one in UNUSABLE}
-    found |= {str(one): words_of(adaptive_ff.JointGroup.from_table, one) for one in TABLES}
+    return found | {str(one): words_of(adaptive_ff.JointGroup.from_table, one) for one in TABLES}
+
+
+def refused_logs():
+    """Return what is said of logs, and of options beside one, that cannot be."""
     log = make_log(14.0, 0.01, as_position=False)
-    found |= {f"replay {one}": words_of(replay_log, log, **one) for one in NOT_REPLAYED}
+    found = {f"replay {one}": words_of(replay_log, log, **one) for one in NOT_REPLAYED}
+    found |= {f"{name} log": words_of(adaptive_ff.identify_log, one) for name, one in spoilt()}
+    found |= {f"{name} log replayed": words_of(replay_log, one) for name, one in spoilt() if name in ("still", "short")}
     found |= {f"{count} samples": words_of(adaptive_ff.identify_log, log.part(slice(count))) for count in (49, 50)}
     return found | {f"log {one}": words_of(adaptive_ff.identify_log, log, **one) for one in NOT_IDENTIFIED}
 
@@ -428,6 +550,7 @@ PARTS = {
     **{f"steps of {name}": (controller_figures, (make,)) for name, make in {**MADE, **adaptive_variants()}.items()},
     "fits": (fit_figures, ()),
     "refusals": (refused_figures, ()),
+    "refused logs": (refused_logs, ()),
     "export": (export_figures, ()),
     **{f"identified {name}": (identified_figures, (name,)) for name in LOGS},
     "kernels in C": (written_figures, ()),
@@ -435,6 +558,7 @@ PARTS = {
     **{f"functions of {room}": (digests, (room,)) for room in ROOMS},
     "designs": (design_figures, ()),
     "arguments": (argument_figures, ()),
+    "fields": (field_figures, ()),
     "documentation": (documented_figures, ()),
     **{f"restored {name}": (restored_figures, (make,)) for name, make in RESTORED.items()},
 }
