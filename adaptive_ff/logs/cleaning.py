@@ -112,38 +112,31 @@ def without_repeated_rows(log: Log) -> Done:
     Where the joint stands, rows stay as far apart as new ones are otherwise, so that there is no gap. A torque that is
     measured in between is averaged, so that its ripple does not fold into the motion.
     """
-    every, of_torque = rows_between(log.motion), rows_between(log.torque)
+    every = rows_between(log.motion)
     moved, turned = steps_of(log.motion) != 0.0, steps_of(log.torque) != 0.0
-    said = []
-    if of_torque > 1.5 * every:
-        late = 0.5 * (of_torque - 1.0) * float(np.median(np.diff(log.time)))
-        said.append(
-            f"the torque changes in one of {of_torque:.3g} rows only: if the drive does not hold it, it is only read "
-            f"so seldom, so that it is late by {1e3 * late:.3g} ms in the mean: give --torque-delay={-late:.3g}"
-        )
     held = every > 1.0
     places = np.flatnonzero(moved if held else moved | turned) + 1
     if places.size < TUNING.changes:
-        return log, said
+        return log, []
     rows = _filled(places, every if held else float(np.median(np.diff(places))), log.time.size)
     if held:
         if np.mean(~turned) < 0.5 * np.mean(~moved):  # the torque is measured in between
             width = round(every)
             weights = np.ones(width) if width % 2 else np.array([0.5, *np.ones(width - 1), 0.5])
             log = replace(log, torque=ndimage.convolve1d(log.torque, weights / width, mode="nearest"))
-        said.append(
+        said = (
             f"the {log.moving} changes in one of {every:.3g} rows only, as it is sampled more slowly than the log; the "
             "rows between are left out, and samples are counted without them"
         )
     elif rows.size > (1.0 - TUNING.repeated) * log.time.size:
-        return log, said
+        return log, []
     else:
         comes = f"it comes every {1e3 * float(np.median(np.diff(log.time[rows]))):.4g} ms"
-        said.append(f"{log.time.size - rows.size} rows left out: they repeat the sample before; {comes}")
+        said = f"{log.time.size - rows.size} rows left out: they repeat the sample before; {comes}"
     early = np.polynomial.Polynomial.fit(np.arange(rows.size), rows, 1)(np.arange(rows.size)) - rows
     is_even = np.ptp(early) <= 1.5  # as a clock between the rows would leave them
     time = log.time[rows] + early * float(np.median(np.diff(log.time))) if is_even else log.time[rows]
-    return replace(log.part(rows), time=time), said
+    return replace(log.part(rows), time=time), [said]
 
 
 def _filled(places: NDArray[np.int64], usual: float, size: int) -> NDArray[np.int64]:

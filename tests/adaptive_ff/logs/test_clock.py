@@ -212,13 +212,6 @@ def test_ripple_of_the_torque_does_not_fold_into_the_motion():
         assert found.parameters[name].value == pytest.approx(JOINT[name], rel=0.01)
 
 
-def test_torque_that_is_held_longer_than_the_motion_is_said_too():
-    log = make_log(noise=0.1)
-    said = without_repeated_rows(replace(log, position=held(log.position, 2), torque=held(log.torque, 10)))[1]
-    assert said[0].startswith("the torque changes in one of 10 rows only")
-    assert said[1].startswith("the position changes in one of 2 rows only")
-
-
 @pytest.mark.parametrize("place", [15_000, 15_001, 15_003])
 def test_no_row_is_made_up_within_a_pause(place):
     log = make_log(noise=0.05, period=0.001)
@@ -246,13 +239,14 @@ def test_joint_is_found_behind_a_slow_encoder(every):
         assert found.parameters[name].value == pytest.approx(JOINT[name], rel=0.02)
 
 
-def test_held_torque_is_said_and_left_and_a_sound_log_left_as_it_is():
+def test_held_torque_is_left_and_found_to_be_late_and_a_sound_log_left_as_it_is():
     log = make_log(noise=0.1)
     slow = replace(log, torque=held(log.torque, 5))
-    same, said = without_repeated_rows(slow)
-    assert same is slow
-    assert said[0].startswith("the torque changes in one of 5 rows only")
-    assert said[0].endswith("give --torque-delay=-0.004")
+    assert without_repeated_rows(slow) == (slow, [])
+    found = identify_log(slow)
+    assert found.value("torque_delay") == pytest.approx(-0.004, rel=0.1)
+    for name in ("inertia", "coulomb", "viscous"):
+        assert found.parameters[name].value == pytest.approx(JOINT[name], rel=0.01)
     assert without_repeated_rows(log) == with_clear_clock(log) == (log, [])
 
 
