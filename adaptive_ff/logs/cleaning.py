@@ -118,21 +118,18 @@ def without_repeated_rows(log: Log) -> Done:
     places = np.flatnonzero(moved if held else moved | turned) + 1
     if places.size < TUNING.changes:
         return log, []
-    rows = _filled(places, every if held else float(np.median(np.diff(places))), log.time.size)
-    if held:
-        if np.mean(~turned) < 0.5 * np.mean(~moved):  # the torque is measured in between
-            width = round(every)
-            weights = np.ones(width) if width % 2 else np.array([0.5, *np.ones(width - 1), 0.5])
-            log = replace(log, torque=ndimage.convolve1d(log.torque, weights / width, mode="nearest"))
-        said = (
-            f"the {log.moving} changes in one of {every:.3g} rows only, as it is sampled more slowly than the log; the "
-            "rows between are left out, and samples are counted without them"
-        )
-    elif rows.size > (1.0 - TUNING.repeated) * log.time.size:
+    every = every if held else float(np.median(np.diff(places)))
+    rows = _filled(places, every, log.time.size)
+    if not held and rows.size > (1.0 - TUNING.repeated) * log.time.size:
         return log, []
-    else:
-        comes = f"it comes every {1e3 * float(np.median(np.diff(log.time[rows]))):.4g} ms"
-        said = f"{log.time.size - rows.size} rows left out: they repeat the sample before; {comes}"
+    if held and np.mean(~turned) < 0.5 * np.mean(~moved):  # the torque is measured in between
+        width = round(every)
+        weights = np.ones(width) if width % 2 else np.array([0.5, *np.ones(width - 1), 0.5])
+        log = replace(log, torque=ndimage.convolve1d(log.torque, weights / width, mode="nearest"))
+    said = (
+        f"the {log.moving if held else 'sample'} changes in one of {every:.3g} rows only, as it is sampled more slowly "
+        "than the log; the rows between are left out, and samples are counted without them"
+    )
     early = np.polynomial.Polynomial.fit(np.arange(rows.size), rows, 1)(np.arange(rows.size)) - rows
     is_even = np.ptp(early) <= 1.5  # as a clock between the rows would leave them
     time = log.time[rows] + early * float(np.median(np.diff(log.time))) if is_even else log.time[rows]
