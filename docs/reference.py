@@ -20,9 +20,9 @@ from pydantic_core import PydanticUndefined
 from adaptive_ff.adaptive.diagnosis import WARNINGS
 from adaptive_ff.cli.main import app
 from adaptive_ff.comparison.registry import CONTROLLERS, FIXED, make_controller
-from adaptive_ff.identify.identification import SAYS
 from adaptive_ff.logs.formats import READERS
 from adaptive_ff.report.diagnosis import SENTENCES
+from adaptive_ff.report.log_words import SAYS
 from adaptive_ff.report.verdicts import LIMITS
 from adaptive_ff.scenario.scenario import Scenario, load_scenario
 

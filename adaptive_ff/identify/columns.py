@@ -1,7 +1,8 @@
-"""Unit torques of a motion: what each parameter of a joint takes of the torque when it is one."""
+"""Parameters of a joint with their units and unit torques: what each takes of the torque of a motion."""
 
 import math
-from collections.abc import Callable
+import re
+from collections.abc import Callable, Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -9,6 +10,7 @@ import scipy
 
 from adaptive_ff.friction.columns import COULOMB, PATHS, STICTION, VISCOUS, Curve, Hypothesis, columns_along
 from adaptive_ff.identify.motion import Array, Rows, derivative
+from adaptive_ff.scenario.axis_units import of_linear
 
 TEXTBOOK = ("inertia", "coulomb", "viscous", "offset")
 """What everybody fits ..."""
@@ -25,8 +27,33 @@ ASYMMETRY = "viscous_asymmetry"
 FRICTION = frozenset({"coulomb", "stiction_excess", "load_friction", "viscous", ASYMMETRY})
 """Terms of friction, beside those of a map of it."""
 
+ROTARY = {
+    "inertia": "kg m²",
+    **dict.fromkeys(("viscous", "viscous_asymmetry"), "N m s/rad"),
+    **dict.fromkeys(("coulomb", "offset", "gravity_sine", "gravity_cosine", "stiction_excess", "torque"), "N m"),
+    **dict.fromkeys(("friction_lag", "torque_delay"), "s"),
+    **dict.fromkeys(("stribeck_velocity", "velocity"), "rad/s"),
+    "path": "rad",
+    "load_friction": "",
+}
+"""Units of a rotary joint; what is over position is in those of the torque."""
+
+LINEAR = {name: of_linear(unit) for name, unit in ROTARY.items()}
+"""Units of a linear axis."""
+
 NO_LAG, NO_SPEED = 1e-6, 1e-9
 """Friction lag, s, and Stribeck velocity, rad/s, of a model that has none."""
+
+
+def of_current(units: Mapping[str, str]) -> dict[str, str]:
+    """Return units where the torque, or force, is given as a current, A: inertia is then in A s²/rad, or A s²/m."""
+    masses = {"kg m²": "A s²/rad", "kg": "A s²/m"}
+    return {name: masses.get(unit, re.sub("^N( m)?", "A", unit)) for name, unit in units.items()}
+
+
+def unit_of(units: Mapping[str, str], name: str) -> str:
+    """Return the unit of a parameter; those of a map over position are torques."""
+    return units.get(name, units["torque"])
 
 
 def is_friction(name: str) -> bool:

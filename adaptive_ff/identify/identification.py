@@ -5,13 +5,12 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from adaptive_ff.errors import InputError, check_kind, check_positive
-from adaptive_ff.identify.columns import ASYMMETRY, TEXTBOOK, Map
+from adaptive_ff.identify.columns import ASYMMETRY, LINEAR, ROTARY, TEXTBOOK, Map, of_current
 from adaptive_ff.identify.motion import TUNING
 from adaptive_ff.identify.preparation import Prepared, prepare
 from adaptive_ff.identify.regression import NOT_NEGATIVE, Model
 from adaptive_ff.identify.result import LogIdentification
 from adaptive_ff.identify.selection import select
-from adaptive_ff.identify.units import LINEAR, ROTARY, of_current
 from adaptive_ff.learning.checks import check_confidence
 from adaptive_ff.logs.columns import in_degrees
 from adaptive_ff.logs.log import KNOWN, Log, check_log
@@ -122,15 +121,6 @@ def identify_log(
         validated_on=name,
         cautions=said,
     )
-
-
-SAYS = {
-    "one_way": "the motion is one-way: record both directions",
-    "one_speed": "the speed hardly changes: record several speeds",
-    "no_acceleration": "the acceleration does not stand out of its noise: record faster changes of speed",
-    "one_sine": "on one sine inertia and gravity are one number: record several frequencies or a larger stroke",
-}
-"""What to record where a parameter is not identifiable, by its reason."""
 
 
 def _check_plausible(log: Log, data: Prepared, model: Model, left: float) -> None:

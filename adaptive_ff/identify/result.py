@@ -23,12 +23,11 @@ from adaptive_ff.friction.model import (
     WITH_OFFSET,
     TorqueModel,
 )
-from adaptive_ff.identify.columns import ASYMMETRY, Shape
+from adaptive_ff.identify.columns import ASYMMETRY, Shape, unit_of
 from adaptive_ff.identify.motion import TUNING, Array
 from adaptive_ff.identify.preparation import Prepared
 from adaptive_ff.identify.regression import Fit, Parameter
 from adaptive_ff.identify.simulators import simulator_text
-from adaptive_ff.identify.units import unit_of
 from adaptive_ff.reported import Reported
 
 GOOD, CARE, UNUSABLE = "good", "usable with care", "not usable"

@@ -14,12 +14,12 @@ import scipy
 
 from adaptive_ff.errors import InputError, check_positive, sentence
 from adaptive_ff.friction.model import IDENTIFIED, unit_of
+from adaptive_ff.identify.columns import of_current
 from adaptive_ff.identify.identification import check_delay, identify_log
 from adaptive_ff.identify.motion import TUNING, Array, Rows
 from adaptive_ff.identify.preparation import Prepared, prepare
 from adaptive_ff.identify.regression import tolerance
 from adaptive_ff.identify.result import LogIdentification
-from adaptive_ff.identify.units import of_current
 from adaptive_ff.learning.kalman import LOOP, Estimate
 from adaptive_ff.logs.log import Log, check_log
 from adaptive_ff.replay.learning import COLUMNS, DRY, TURNING, Learner, columns_of, initial_state, learn, make_learner

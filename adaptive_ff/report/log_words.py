@@ -4,13 +4,11 @@ import shlex
 from collections.abc import Mapping
 from typing import Any
 
-from adaptive_ff.identify.columns import is_mapped
-from adaptive_ff.identify.identification import SAYS
+from adaptive_ff.identify.columns import is_mapped, unit_of
 from adaptive_ff.identify.motion import TUNING
 from adaptive_ff.identify.regression import Parameter
 from adaptive_ff.identify.result import CARE, GOOD, LEFT, LogIdentification
 from adaptive_ff.identify.score import Score
-from adaptive_ff.identify.units import unit_of
 from adaptive_ff.replay.replay import COLD, FIXED, NONE, RECORDED, SAVED, Replay
 from adaptive_ff.report.table import Cell, Columns, Table, shown, table
 from adaptive_ff.report.verdicts import parameters_line
@@ -20,6 +18,14 @@ NAMES = {"viscous_asymmetry": "by direction", "stiction_excess": "stiction − c
 MORE = {"speed": "higher speeds", "acceleration": "faster changes of speed"}
 LESS = {"speed": "more motion at low speeds", "acceleration": "more motion at steady speeds"}
 """What to record, by the motion that narrows an interval, more or less of it than is usual."""
+
+SAYS = {
+    "one_way": "the motion is one-way: record both directions",
+    "one_speed": "the speed hardly changes: record several speeds",
+    "no_acceleration": "the acceleration does not stand out of its noise: record faster changes of speed",
+    "one_sine": "on one sine inertia and gravity are one number: record several frequencies or a larger stroke",
+}
+"""What to record where a parameter is not identifiable, by its reason."""
 
 NOTHING = 1e-6  # fraction of its interval below which a value is shown as zero
 LEAST_MOVE = 0.1  # fraction of half its interval by which a refinement must move a value to be said to

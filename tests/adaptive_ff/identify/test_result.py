@@ -10,13 +10,12 @@ import pytest
 from synthetic_logs import make_log
 
 from adaptive_ff import InputError
-from adaptive_ff.identify.columns import Map, Shape
+from adaptive_ff.identify.columns import ROTARY, Map, Shape
 from adaptive_ff.identify.identification import _check_plausible
 from adaptive_ff.identify.regression import Fit, Model, Parameter
 from adaptive_ff.identify.result import CARE, GOOD, UNUSABLE, LogIdentification
 from adaptive_ff.identify.scenario_text import _beside_friction, joined_ends, left_out
 from adaptive_ff.identify.simulators import ENDINGS
-from adaptive_ff.identify.units import ROTARY
 
 HEAVY = {"inertia": 2.0, "coulomb": 3.0, "viscous": 0.5, "offset": -0.5, "gravity_sine": 4.0, "gravity_cosine": 3.0}
 PLACE, SHAPE = Map((0.7, 0.3)), Shape(load=(1.0, 0.0, 0.0))

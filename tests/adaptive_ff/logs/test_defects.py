@@ -7,8 +7,8 @@ from hypothesis import strategies as st
 from synthetic_logs import JOINT, make_log
 
 from adaptive_ff import InputError
+from adaptive_ff.identify.columns import LINEAR, ROTARY, of_current
 from adaptive_ff.identify.identification import identify_log
-from adaptive_ff.identify.units import LINEAR, ROTARY, of_current
 from adaptive_ff.logs.cleaning import at_limit, clean
 from adaptive_ff.logs.defects import Skipped, find_jumps, runs, usable_segments
 from adaptive_ff.logs.log import Log
