@@ -1,9 +1,11 @@
 """Figures of parts: joints and controllers along made-up inputs, designs, fits, kernels in C, functions of numbers."""
 
 import inspect
+import itertools
 import json
 import math
 import re
+import warnings
 from dataclasses import asdict
 from functools import partial
 from tempfile import TemporaryDirectory
@@ -86,6 +88,27 @@ def joint_figures(name):
         found |= dict(numbers(SCALE_JOINT[parameters](joint._parameters, 1.3)._asdict(), f"{label} scaled"))
         for field, value in UNSUITABLE:
             found[f"{label} {field} {value}"] = words_of(kind, **{**CURVE, **further, **changes, field: value})
+    return found
+
+
+ROUND = {"inertia": 1.0, "coulomb": 1.0, "viscous": 1.0, "stribeck_velocity": 2.0, "solver_period": 2.0**-10}
+ROUND |= {"stiffness": 2.0**14, "damping": 2.0, "link_share": 0.5, "link_stiffness": 2.0**14, "link_damping": 32.0}
+ROUND |= {"gap": 2.0**-9, "hysteresis": 4.0, "displacements": [2.0**-12, 2.0**-11, 2.0**-10, 2.0**-9]}
+ROUND |= {"attraction": 2.0**12, "rolling_range": 2.0**-9, "presliding": 2.0**-10, "friction_lag": 0.0, "gravity": 0.0}
+
+
+def round_figures(name):
+    """Return digests of the ways of a joint of round numbers, whose limits torques meet exactly."""
+    kind, found = KINDS[name][0], {}
+    for stiction, velocity in ((1.0, 0.0), (1.5, 0.0), (1.0, 2.0**-9)):
+        fields, words = {**ROUND, "stiction": stiction}, []
+        made = kind(**{key: value for key, value in fields.items() if key in kind.model_fields})
+        for torques in itertools.product((-2.0, -1.0, 0.0, 1.0, 1.5), repeat=3):
+            joint = Joint(made, velocity=velocity)
+            for torque in (*torques, 0.0):
+                joint.step(torque, 2.0**-10)
+                words += plain(joint.state)
+        found[f"stiction {stiction} from {velocity}"] = digest(words)
     return found
 
 
@@ -226,6 +249,44 @@ def fit_figures():
     return dict(numbers({name: tables(one) if name in ("both", "forward") else one for name, one in found.items()}))
 
 
+CURVES = {
+    "steep": lambda speed, sign: 3.0 + 1.5 * np.exp(-((speed / 0.05) ** 2)) + 8.0 * speed,
+    "no excess": lambda speed, sign: 3.0 + 8.0 * speed,
+    "no coulomb": lambda speed, sign: 1.5 * np.exp(-speed / 0.1) + 8.0 * speed,
+    "two-sided": lambda speed, sign: 3.0 + 0.4 * sign + (1.5 + 0.3 * sign) * np.exp(-speed / 0.05) + 8.0 * speed,
+    "falling": lambda speed, sign: 9.0 - 8.0 * speed,
+}
+"""Friction over speed and direction, N m."""
+
+
+def curve_figures():
+    """Return what is made of points along curves, exact and noisy, few and many."""
+    found = {}
+    for name, curve in CURVES.items():
+        for label, count, noise, confidence in (
+            ("few", 7, 0.05, 0.8),
+            ("many", 30, 0.02, 0.95),
+            ("nearly exact", 9, 1e-3, 0.5),
+        ):
+            speed = np.geomspace(0.004, 0.6, count)
+            sign = np.where(np.arange(count) % 2, -1.0, 1.0) if name == "two-sided" else np.ones(count)
+            error = 1.0 + np.arange(count) % 3
+            torque = sign * curve(speed, sign) + noise * error * np.random.default_rng(107).standard_normal(count)
+            with warnings.catch_warnings(record=True) as said:
+                warnings.simplefilter("always")
+                fit = adaptive_ff.fit_stribeck(
+                    sign * speed, torque, error if count > 9 else None, confidence=confidence
+                )
+            found[f"{name} {label} warns"] = " | ".join(NAMED.sub("#", str(one.message)) for one in said)
+            values = {
+                "scatter": fit.scatter,
+                "determined": int(fit.determined),
+                "curve": rms(fit.curve([-0.1, 0.0, 0.02])),
+            }
+            found |= dict(numbers(tables(fit.estimates) | values, f"{name} {label}"))
+    return found
+
+
 def sines(further):
     """Return a log of a joint with a further torque along three sines, one row of ten."""
     log = sines_log(further, seconds=14, rate=1000)[0]
@@ -325,6 +386,9 @@ def restored_figures(make):
         for content[key] in (0, -1.0, 5, 1e9, -1e18, *near):
             said.append(words_of(controller.state_from_json, json.dumps(saved)))
         said += [f"{one.code} {one.names}" for one in controller.diagnose().findings] if learns else []
+        most = {float(one) for text in said for one in NAMED.findall(text.partition("at most ")[2])}
+        for content[key] in (float(np.nextafter(one, way)) for one in sorted(most) for way in (one, np.inf)):
+            said.append(words_of(controller.state_from_json, json.dumps(saved)))
         found[name], content[key] = digest(said), known
     return found
 
@@ -547,8 +611,10 @@ RESTORED = {"directions": FIXED, "paper": MADE["adaptive_paper late"]}
 
 PARTS = {
     **{f"joint {name}": (joint_figures, (name,)) for name in KINDS},
+    **{f"round joint {name}": (round_figures, (name,)) for name in KINDS},
     **{f"steps of {name}": (controller_figures, (make,)) for name, make in {**MADE, **adaptive_variants()}.items()},
     "fits": (fit_figures, ()),
+    "fits of curves": (curve_figures, ()),
     "refusals": (refused_figures, ()),
     "refused logs": (refused_logs, ()),
     "export": (export_figures, ()),
