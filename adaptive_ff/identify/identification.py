@@ -93,10 +93,7 @@ def identify_log(
     ends = float(np.min(prepared.position)), float(np.max(prepared.position))
     place = Map(tuple(position_periods), position_hats, *(ends if ends[1] > ends[0] else (ends[0], ends[0] + 1.0)))
     data = prepared._replace(place=place, has_known=load_friction)
-    terms, weight = FAMILIES[model]
-    textbook, refined, taken, lacking = select(
-        data, terms, confidence, weight=weight, refine=model != "coulomb-viscous"
-    )
+    textbook, refined, taken, lacking = select(data, *FAMILIES[model], confidence, refine=model != "coulomb-viscous")
     best, units = refined or textbook, LINEAR if linear else ROTARY
     _check_plausible(log, data, textbook.model, best.left)
     said = [*data.said, *in_degrees(data.log, float(np.max(np.abs(data.velocity))), linear=linear)]

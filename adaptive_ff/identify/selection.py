@@ -73,7 +73,7 @@ def tried(data: Prepared, model: Model) -> dict[str, tuple[Model, Array]]:
 
 
 def select(
-    data: Prepared, terms: tuple[str, ...], confidence: float, *, weight: bool | None, refine: bool
+    data: Prepared, terms: tuple[str, ...], weight: bool | None, confidence: float, *, refine: bool
 ) -> tuple[Fit, Fit | None, tuple[str, ...], dict[str, str]]:
     """Select a model from the textbook's terms, for intervals of some probability.
 

@@ -54,9 +54,7 @@ def with_clear_clock(log: Log) -> Done:
         done = f"the rows look evenly sampled, so their times are rebuilt, {1e3 * rebuilt[1]:.4g} ms apart"
         return replace(log, time=rebuilt[0]), [f"{have} the time of the one before, as of a rounded clock; {done}"]
     same = np.append(False, np.all([series[1:] == series[:-1] for series in log.series.values()], axis=0))
-    copies = left_out(log, same, "the same as the one before, time included")[1]
-    others = left_out(log, again & ~same, "with the time of the row before, but other values")[1]
-    return log.part(~again), copies + others
+    return left_out(log, again, f"with the time of the row before; {np.sum(again & ~same)} have other values")
 
 
 def _goes_on(motion: Array, again: NDArray[np.bool_]) -> bool:
