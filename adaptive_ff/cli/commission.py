@@ -8,7 +8,7 @@ import typer
 import adaptive_ff
 from adaptive_ff.cli.columns import chosen_columns
 from adaptive_ff.cli.options import Limits, LogColumns, Output, ScenarioFile, TorqueDelay
-from adaptive_ff.cli.output import bars, staged_results, warn
+from adaptive_ff.cli.output import bars, staged_results, warn, warn_of_skips
 from adaptive_ff.errors import InputError
 
 if TYPE_CHECKING:
@@ -130,6 +130,7 @@ def commission_command(
             f"scenario.toml, ready for compare and export, commission.json and the pictures are in {output.out}"
         )
     warn(found.cautions)
+    warn_of_skips(found.data.skipped, "commission.json")
 
 
 def _given(
