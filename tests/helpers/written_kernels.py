@@ -8,7 +8,10 @@ import numpy as np
 from controllers.kernels.language import dispatched, natural
 
 LEVEL = 2.5
+"""A level, and a count;"""
+
 COUNT = 3
+"""both are written out."""
 
 
 class Point(NamedTuple):
@@ -276,6 +279,30 @@ measure = dispatched(SHAPES, _measure)
 
 def both(circle, square, a):
     return measure(circle, a) + measure(square, factor=a)
+
+
+def commented(a, n):
+    """Give a sum and its negative.
+
+    Returns
+    -------
+    above, below : float
+        The sum, and its negative.
+    """
+    # comments may stand above a statement,
+    # in several lines
+    total = (
+        a  # beside one part of it
+        + 1.0  # and another
+    )
+    for i in range(n):  # beside the head of a loop
+        # within it
+        total += i  # beside a statement
+
+    if total > LEVEL:  # beside that of a branch
+        total = LEVEL
+    # before the end
+    return total, -total  # and at it
 
 
 def on_its_own(a):
