@@ -51,6 +51,8 @@ class Tuning(NamedTuple):
     steps: int = 2  # Gauss-Newton steps of a shape from the best tried one
     near: float = 0.2  # logarithm of the largest factor by which a step changes a number of the shape
     safety: float = 1.5  # standard error by the band over what half of it changes: half of the factor of two grids, 3
+    refinement: tuple[float, float] = (1.5, 0.1)  # standard errors by which errors of folds must fall on average, ...
+    weight: tuple[float, float] = (0.7, 0.03)  # ... and the fraction of the rms residual that must go; for gravity
     collinear: float = 1e-3  # fraction of a column that the others must leave for its parameter to be identifiable
     fewest_samples: int = 50  # samples of a log ...
     fewest_rows: int = 30  # ... and sliding rows of the regression, below which nothing is tried
@@ -84,9 +86,17 @@ class Segment(NamedTuple):
     known: Array
 
 
-class Noise(NamedTuple):
-    """White noise of a position, or of a velocity: its density, rad^2/Hz or (rad/s)^2/Hz, and which of them."""
+class Spectrum(NamedTuple):
+    """Where the motion ends and the noise begins, Hz.
 
+    Frequency below which nearly all power of the velocity is; up to which the noise of the acceleration is small; and
+    the middle of the velocity's power. Density of the white noise of the position, rad^2/Hz, or of the velocity,
+    (rad/s)^2/Hz, and which of them.
+    """
+
+    motion: float
+    quiet: float
+    slow: float
     density: float
     of_position: bool
 
@@ -96,19 +106,6 @@ class Noise(NamedTuple):
         passed = np.prod([1.0 / (1.0 + (frequency / corner) ** 4) for corner in corners], axis=0)
         power = ((2.0 * np.pi * frequency) ** (derivatives + self.of_position) * passed) ** 2
         return self.density * float(integrate.trapezoid(power, frequency))
-
-
-class Spectrum(NamedTuple):
-    """Where the motion ends and the noise begins, Hz.
-
-    Frequency below which nearly all power of the velocity is; up to which the noise of the acceleration is small; noise
-    of the velocity; and the middle of the velocity's power.
-    """
-
-    motion: float
-    quiet: float
-    noise: Noise
-    slow: float
 
 
 def spectrum(motion: Array, period: float, *, is_position: bool) -> Spectrum:
@@ -131,7 +128,7 @@ def spectrum(motion: Array, period: float, *, is_position: bool) -> Spectrum:
     accelerated = float(np.sum((measured * frequency**2)[frequency <= TUNING.times_motion * end]))
     loud = np.cumsum(noise * gain * frequency**2) > TUNING.noise_fraction * accelerated
     quiet = float(frequency[int(np.argmax(loud))]) if loud.any() else math.inf
-    return Spectrum(end, quiet, Noise(2.0 * period * noise / weight, is_position), slow)
+    return Spectrum(end, quiet, slow, 2.0 * period * noise / weight, is_position)
 
 
 def choose_band(found: Spectrum, period: float, given: float | None) -> float:
@@ -231,7 +228,7 @@ def cut_edges(size: int, band: float) -> slice:
     return slice(edge, size - edge)
 
 
-def make_rows(segment: Segment, band: float, noise: Noise, fast: float, widest: float = math.inf) -> Rows:
+def make_rows(segment: Segment, band: float, found: Spectrum, fast: float, widest: float = math.inf) -> Rows:
     """Return the rows of a segment in a band, Hz; ``fast`` is a speed that few samples exceed, rad/s.
 
     The filter before the sign has a corner of at most ``widest``, Hz, but never below the band.
@@ -245,7 +242,7 @@ def make_rows(segment: Segment, band: float, noise: Noise, fast: float, widest: 
     velocity = derivative(position, period)
     position, torque, known, velocity = (one[::every] for one in (position, torque, known, velocity))
     step = period * every
-    scatter = math.sqrt(noise.variance([corner], 0, period))
+    scatter = math.sqrt(found.variance([corner], 0, period))
     slow = max(TUNING.standstill * fast, scatter)
     in_band = lowpass(band, step)
     stands = in_band((np.abs(velocity) < slow).astype(float))

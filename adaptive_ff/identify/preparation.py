@@ -66,8 +66,8 @@ class Prepared(NamedTuple):
     @property
     def noise(self) -> dict[str, float]:
         """Variance of the noise of the measured motion in a row, by column."""
-        noise, corners = self.found.noise, (self.band, self.longest.corner)
-        return {name: noise.variance(corners, order, self.period) for name, order in (("inertia", 1), ("viscous", 0))}
+        found, corners = self.found, (self.band, self.longest.corner)
+        return {name: found.variance(corners, order, self.period) for name, order in (("inertia", 1), ("viscous", 0))}
 
     def columns(self, names: tuple[str, ...], shape: Shape) -> Array:
         """Return unit torques in the band at the sliding rows, one column a name."""
@@ -154,13 +154,13 @@ def _filtered(
     fast = float(np.quantile(np.abs(smooth), 0.95))
     if not fast > 0.0:
         raise InputError(f"{name}: nothing moves; the joint must move to be identified")
-    every = [make_rows(one, band, found.noise, fast, widest) for one in segments]
+    every = [make_rows(one, band, found, fast, widest) for one in segments]
     speed = np.concatenate([made.velocity[made.inner] for made in every])
     noise, power = speed.size * every[0].noise ** 2, float(np.sum(speed**2))
     if noise > TUNING.most_noise * power:
         lost = math.sqrt(noise / max(noise, power))
         raise InputError(
-            f"{name}: the speed is lost in the noise of the {'position' if found.noise.of_position else 'velocity'}, "
+            f"{name}: the speed is lost in the noise of the {'position' if found.of_position else 'velocity'}, "
             f"which is {100.0 * lost:.0f} % of it (rms): record faster motion, or with a finer sensor"
         )
     rows = [made for made in every if made.kept.size and made.time.size * made.period > 4.0 / band]

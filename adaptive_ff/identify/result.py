@@ -15,14 +15,7 @@ import numpy as np
 
 from adaptive_ff.errors import InputError, check_positive
 from adaptive_ff.friction.identifying import ALL_CHOICES, check_parameters
-from adaptive_ff.friction.model import (
-    GRAVITY,
-    PER_DIRECTION,
-    PER_DIRECTION_WITH_GRAVITY,
-    WITH_GRAVITY,
-    WITH_OFFSET,
-    TorqueModel,
-)
+from adaptive_ff.friction.model import GRAVITY, IDENTIFIED, TorqueModel
 from adaptive_ff.identify.columns import ASYMMETRY, Shape, unit_of
 from adaptive_ff.identify.motion import TUNING, Array
 from adaptive_ff.identify.preparation import Prepared
@@ -266,9 +259,8 @@ class LogIdentification(Reported):
         }
 
     def _suiting(self) -> tuple[str, ...]:
-        if self.value(ASYMMETRY) != 0.0:
-            return PER_DIRECTION if self.linear else PER_DIRECTION_WITH_GRAVITY
-        return WITH_OFFSET if self.linear else WITH_GRAVITY
+        parts = ["directions"] * bool(self.value(ASYMMETRY)) + ["gravity"] * (not self.linear)
+        return IDENTIFIED["_and_".join(parts) or "offset"]
 
     def _torque_scale(self, torque_constant: float | None) -> float:
         """Return the factor from the log's torque to N m (N)."""

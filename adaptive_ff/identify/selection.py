@@ -16,27 +16,12 @@ from adaptive_ff.identify.preparation import Prepared, narrowed
 from adaptive_ff.identify.regression import Fit, Model, Parameter, left_out_errors, lowest, quantile, spread
 
 
-class Rule(NamedTuple):
-    """When further terms are taken.
-
-    The standard errors over the folds by which the mean square error must fall, and the fraction of the rms residual
-    that must go.
-    """
-
-    errors: float
-    gain: float
-
-
-REFINEMENT, WEIGHT = Rule(1.5, 0.1), Rule(0.7, 0.03)
-"""For refinements, and for gravity, which most rotary joints have."""
-
-
-def is_better(old: Array, new: Array, rule: Rule) -> bool:
-    """Tell whether errors of folds fall by what a rule asks for."""
+def is_better(old: Array, new: Array, errors: float, gain: float) -> bool:
+    """Tell whether mean square errors of folds fall by standard errors, and by a fraction of the rms residual."""
     fall = old - new
     spread = float(np.std(fall, ddof=1)) / math.sqrt(fall.size)
-    less = np.mean(new) < (1.0 - rule.gain) ** 2 * np.mean(old)
-    return bool(less) and float(np.mean(fall)) > rule.errors * spread
+    less = np.mean(new) < (1.0 - gain) ** 2 * np.mean(old)
+    return bool(less) and float(np.mean(fall)) > errors * spread
 
 
 def refinements(data: Prepared, model: Model) -> Iterator[tuple[str, Model]]:
@@ -86,7 +71,7 @@ def select(
         heavy = Model((*model.names, *GRAVITY))
         folds = data.fit(heavy)
         with_weight = left_out_errors(folds)
-        if weight or (weight is None and is_better(errors, with_weight, WEIGHT)):
+        if weight or (weight is None and is_better(errors, with_weight, *TUNING.weight)):
             model, errors = heavy, with_weight
         elif folds.tolerance().get("inertia", 1.0) < TUNING.collinear:  # a spring and inertia are one number
             lacking["inertia"] = "one_sine"
@@ -98,7 +83,7 @@ def select(
     taken: list[str] = []
     while around:
         kind, (better, new) = min(around.items(), key=lambda item: float(np.mean(item[1][1])))
-        if not is_better(errors, new, REFINEMENT):
+        if not is_better(errors, new, *TUNING.refinement):
             break
         taken.append(kind)
         model, errors = better, new

@@ -13,11 +13,11 @@ from synthetic_logs import JOINT, make_log, sines_log
 from adaptive_ff import InputError, identify_log, load_scenario, simulate
 from adaptive_ff.identify.columns import Map, Shape, unit_torques
 from adaptive_ff.identify.identification import FAMILIES
-from adaptive_ff.identify.motion import Noise, Segment, derivative, even, lowpass, make_rows, spectrum
+from adaptive_ff.identify.motion import Segment, Spectrum, derivative, even, lowpass, make_rows, spectrum
 from adaptive_ff.identify.preparation import narrowed, prepare
 from adaptive_ff.identify.regression import Model, quantile
 from adaptive_ff.identify.result import CARE, GOOD, UNUSABLE
-from adaptive_ff.identify.selection import Estimated, Rule, averaged, by_band, is_better
+from adaptive_ff.identify.selection import Estimated, averaged, by_band, is_better
 from adaptive_ff.logs.log import KNOWN, Log
 
 
@@ -318,7 +318,7 @@ def test_spectrum_tells_a_sine_from_white_noise(is_position):
     series = 0.1 * np.sin(2.0 * TURN * time) + 1e-4 * np.random.default_rng(7).standard_normal(time.size)
     found = spectrum(series, 0.001, is_position=is_position)
     assert (found.motion, found.slow) == pytest.approx((2.0, 2.0), abs=0.11)
-    assert found.noise.density == pytest.approx(2.0 * 0.001 * 1e-8, rel=0.05)
+    assert found.density == pytest.approx(2.0 * 0.001 * 1e-8, rel=0.05)
     loud = 0.01 * 0.5 * (0.1 * (2.0 * TURN) ** order) ** 2  # of the square of the acceleration
     quiet = (loud * (2 * order + 1) / (2e-11 * TURN ** (2 * order))) ** (1.0 / (2 * order + 1))
     assert found.quiet == pytest.approx(quiet, rel=0.05)
@@ -347,7 +347,8 @@ def test_noise_of_the_motion_is_as_large_in_its_columns_as_is_said(moving, scatt
 def test_noise_makes_standstill_of_slow_rows_and_friction_that_of_the_expected_sign():
     position = np.sin(TURN * 0.001 * np.arange(10_000))
     sines = Segment(4.0, 0.001, position, position, 2.0 * position, 0.0 * position)
-    rows, loud = (make_rows(sines, 10.0, Noise(density, True), 6.0) for density in (0.0, 1e-5))
+    noises = (Spectrum(1.0, math.inf, 1.0, density, True) for density in (0.0, 1e-5))
+    rows, loud = (make_rows(sines, 10.0, noise, 6.0) for noise in noises)
     assert rows.time == pytest.approx(4.0 + 0.003 * np.arange(3334))  # six samples in a cycle of 50 Hz
     assert (rows.slow, rows.noise, rows.kept.tolist()) == (pytest.approx(0.06), 0.0, list(range(34, 3300, 8)))
     passed = math.pi / math.sqrt(128.0)  # the integral of (x / (1 + x^4))^2 over positive x
@@ -376,8 +377,8 @@ def test_terms_are_better_where_students_t_and_the_fall_are_those_of_the_rule():
     new = old - [1.5, 0.5, 3.0, 1.0, 2.0, 1.0]
     t, fraction = stats.ttest_rel(old, new).statistic, math.sqrt(np.mean(new) / np.mean(old))
     for factor, better in ((0.999, True), (1.001, False)):
-        assert is_better(old, new, Rule(factor * t, 0.0)) == better
-        assert is_better(old, new, Rule(0.0, factor * (1.0 - fraction))) == better
+        assert is_better(old, new, factor * t, 0.0) == better
+        assert is_better(old, new, 0.0, factor * (1.0 - fraction)) == better
 
 
 def test_a_cubic_goes_through_four_samples():
