@@ -33,7 +33,7 @@ def c_of(function, kinds, precision, fixed):
     try:
         made.function(function, kinds)
     except NotTranslatable as error:
-        return str(error).rpartition("/")[2]
+        return re.sub(r"\.py:\d+", ".py", str(error).rpartition("/")[2])
     parts = [part.text for part in (*made.structs.values(), *made.functions.values())]
     return "\n".join([made.definitions(), *parts, *made.helper_texts()])
 

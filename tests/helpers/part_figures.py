@@ -386,7 +386,8 @@ def restored_figures(make):
         for content[key] in (0, -1.0, 5, 1e9, -1e18, *near):
             said.append(words_of(controller.state_from_json, json.dumps(saved)))
         said += [f"{one.code} {one.names}" for one in controller.diagnose().findings] if learns else []
-        most = {float(one) for text in said for one in NAMED.findall(text.partition("at most ")[2])}
+        limits = "".join(text.partition("must be ")[2] + text.partition("at most ")[2] for text in said)
+        most = {float(one) for one in NAMED.findall(limits)}
         for content[key] in (float(np.nextafter(one, way)) for one in sorted(most) for way in (one, np.inf)):
             said.append(words_of(controller.state_from_json, json.dumps(saved)))
         found[name], content[key] = digest(said), known
@@ -539,6 +540,44 @@ JOINTS = [
 ]
 TABLES = [{}, {"period": 0.01}, *({"period": 0.01, "joints": one} for one in (1, {}, *JOINTS))]
 TABLES += [{"period": period, "joints": {"a": GAINS}, **more} for period, more in ((0.0, {}), (0.01, {"gain": 1.0}))]
+ARM = {"shoulder": {**GAINS, "gear_ratio": -2.0, "regressors": 1}, "elbow": {**BEHIND, "preceding": ["shoulder"]}}
+ARM["wrist"] = {**BEHIND, "preceding": ["shoulder", "elbow"], "identify": "directions_and_gravity"}
+WRONG = (math.nan, math.inf, "x", [1.0, 2.0], [0.1, math.nan, 0.1], 0.0, [0.1, 0.2, -1.0], [[1.0] * 3], 1e7, None)
+WRONG += ([[2.0], None, []], [[2.0], None, [1.0]], [[1e7], None, None], [None], [["x"], None, None])
+
+
+def group_figures():
+    """Return torques and estimates of a chain of joints, and what is said of inputs, switches and states it has not."""
+    group = adaptive_ff.JointGroup.from_table({"period": 0.01, "joints": ARM}).run_uncompiled()
+    new = {name: state_size(one) for name, one in group.joints.items()}
+    found, base = {}, {"reference": [0.1, 0.2, -0.1], "velocity": [0.1, 0.19, -0.1], "position": [0.1, 0.2, 0.3]}
+    for sample in range(40):
+        wave = np.sin(0.1 * sample + np.arange(3.0))
+        position = [*(0.3 * wave[:2]), 0.1 if sample % 7 else math.nan]
+        given = {"position": position, "regressors": [[wave[0]], None, None if sample % 2 else []]}
+        torque = group.step(0.2 * wave, 0.19 * wave, next_reference=0.2 * np.cos(wave), **given)
+    found |= dict(numbers({"torque": torque.tolist(), "estimate": group.estimates}))
+    found |= {f"state of {name}": state_size(one) for name, one in group.joints.items()}
+    saved = group.state_to_json()
+    optional = [name for name in inspect.signature(group.step).parameters if name != "self"]
+    for name, function in itertools.product(("torque", *optional), (group.step, group.take_over)):
+        first = {} if function == group.step else {"torque": [1.0, 2.0, 3.0]}
+        said = [words_of(function, **{**first, **base, name: one}) for one in WRONG]
+        found[f"{function.__name__} {name}"] = digest(said)
+        group.state_from_json(saved)
+    for name, one in itertools.product(("enabled", "feedforward_enabled"), (1, [True], [True, False, True], False)):
+        found[f"{name} {one}"] = words_of(setattr, group, name, one) + str(getattr(group, name).tolist())
+    content = json.loads(saved)["group"]
+    wrong = ({**content, "wrist": 3}, {**content, "hand": {}}, dict(reversed(content.items())), 3, [])
+    texts = ("3", "{}", "x", *(json.dumps({"group": one}) for one in wrong))
+    found["states"] = digest([words_of(group.state_from_json, text) for text in texts])
+    group.restart()
+    found["restarted"] = sum(state_size(one) for one in group.joints.values())
+    group.reset()
+    found["reset"] = str(new == {name: state_size(one) for name, one in group.joints.items()})
+    return found
+
+
 NOT_IDENTIFIED = [{"bandwidth": 200.0}, {"torque_delay": math.inf}, {"model": "lugre"}, {"load_friction": True}]
 NOT_IDENTIFIED += [{"position_hats": -1}, {"position_hats": 2.5}, {"position_hats": 3, "position_periods": (1.0,)}]
 NOT_IDENTIFIED += [{"held_out": one} for one in (-1e-9, 0.99, 0.9)] + [{"confidence": one} for one in (0.0, 0.5)]
@@ -606,7 +645,11 @@ MADE = {
     **{f"adaptive with {name}": partial(adaptive, WITH_GRAVITY, **options) for name, options in OPTIONS.items()},
 }
 
-FIXED = partial(adaptive, PER_DIRECTION, 1.5, 0.004, tuning=Tuning(velocity_deviation=0.0))
+FIXED = partial(  # its largest torque is a round number
+    *(adaptive_ff.AdaptiveController, 1024.0, 8192.0, 0.01),
+    **{"inertia": 20.0, "stribeck_velocity": 0.0625, "parameters": PER_DIRECTION, "delay": 1.5, "velocity_lag": 0.004},
+    **{"torque_limit": math.inf, "tuning": Tuning(velocity_deviation=0.0)},
+)
 RESTORED = {"directions": FIXED, "paper": MADE["adaptive_paper late"]}
 
 PARTS = {
@@ -616,6 +659,7 @@ PARTS = {
     "fits": (fit_figures, ()),
     "fits of curves": (curve_figures, ()),
     "refusals": (refused_figures, ()),
+    "group of joints": (group_figures, ()),
     "refused logs": (refused_logs, ()),
     "export": (export_figures, ()),
     **{f"identified {name}": (identified_figures, (name,)) for name in LOGS},
