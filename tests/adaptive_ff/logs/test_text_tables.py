@@ -170,52 +170,41 @@ def test_a_quote_that_is_not_closed_is_refused_with_its_line_and_one_among_numbe
         read_table(written(tmp_path, "\n".join(["time,velocity", *rows]) + "\n"), ["time", "velocity"])
 
 
-FOREIGN = [
-    ("q_deg", "position", False, "pi/180"),
-    ("Position [deg]", "position", False, "pi/180"),
-    ("Angle (°)", "position", False, "pi/180"),
-    ("angleDegrees", "position", False, "pi/180"),
-    ("q [mdeg]", "position", False, "pi/180/1000"),
-    ("q [turn]", "position", False, "2*pi"),
-    ("w [deg/sec]", "velocity", False, "pi/180"),
-    ("w [rev/sec]", "velocity", False, "2*pi"),
-    ("deg[3]", "position", False, "pi/180"),
-    ("speed [deg/s]", "velocity", False, "pi/180"),
-    ("speed_deg_per_s", "velocity", False, "pi/180"),
-    ("speed [degrees/s]", "velocity", False, "pi/180"),
-    ("speed [mdeg/s]", "velocity", False, "pi/180/1000"),
-    ("Drehzahl [1/min]", "velocity", False, "pi/30"),
-    ("n_rpm[2]", "velocity", False, "pi/30"),
-    ("pos_counts", "position", False, "2*pi/COUNTS_OF_A_TURN"),
-    ("time_ms", "time", False, "1e-3"),
-    ("t [µs]", "time", False, "1e-6"),
-    ("current_mA", "torque", False, "1e-3"),
-    ("Strom [mA]", "torque", True, "1e-3"),
-    ("M [Nmm]", "torque", False, "1e-3"),
-    ("torque [%]", "torque", False, "RATED/100"),
-    ("torque_pct", "torque", False, "RATED/100"),
-    ("torque_permille", "torque", False, "RATED/1000"),
-    ("Torque actual value [‰]", "torque", True, "RATED/1000"),
-    ("z [mm]", "position", True, "1e-3"),
-    ("v_mm/s", "velocity", True, "1e-3"),
-    ("F [kN]", "torque", True, "1e3"),
+FOREIGN = {
+    ("position", False, "pi/180"): ["q_deg", "Position [deg]", "Angle (°)", "angleDegrees", "deg[3]"],
+    ("position", False, "pi/180/1000"): ["q [mdeg]"],
+    ("position", False, "2*pi"): ["q [turn]"],
+    ("velocity", False, "pi/180"): ["w [deg/sec]", "speed [deg/s]", "speed_deg_per_s", "speed [degrees/s]"],
+    ("velocity", False, "2*pi"): ["w [rev/sec]"],
+    ("velocity", False, "pi/180/1000"): ["speed [mdeg/s]"],
+    ("velocity", False, "pi/30"): ["Drehzahl [1/min]", "n_rpm[2]"],
+    ("position", False, "2*pi/COUNTS_OF_A_TURN"): ["pos_counts"],
+    ("time", False, "1e-3"): ["time_ms"],
+    ("time", False, "1e-6"): ["t [µs]"],
+    ("torque", False, "1e-3"): ["current_mA", "M [Nmm]"],
+    ("torque", True, "1e-3"): ["Strom [mA]"],
+    ("torque", False, "RATED/100"): ["torque [%]", "torque_pct"],
+    ("torque", False, "RATED/1000"): ["torque_permille"],
+    ("torque", True, "RATED/1000"): ["Torque actual value [‰]"],
+    ("position", True, "1e-3"): ["z [mm]"],
+    ("velocity", True, "1e-3"): ["v_mm/s"],
+    ("torque", True, "1e3"): ["F [kN]"],
     # units that are taken, and words that only end like one
-    ("q", "position", False, None),
-    ("q [rad]", "position", False, None),
-    ("z [m]", "position", True, None),
-    ("w [rad/s]", "velocity", False, None),
-    ("items", "time", False, None),
-    ("t [s]", "time", False, None),
-    ("T [Nm]", "torque", False, None),
-    ("gamma", "torque", False, None),
-    ("I [A]", "torque", False, None),
-    ("F [N]", "torque", True, None),
-]
+    ("position", False, None): ["q", "q [rad]"],
+    ("position", True, None): ["z [m]"],
+    ("velocity", False, None): ["w [rad/s]"],
+    ("time", False, None): ["items", "t [s]"],
+    ("torque", False, None): ["T [Nm]", "gamma", "I [A]"],
+    ("torque", True, None): ["F [N]"],
+}
+"""Columns by role, whether the axis is linear, and factor; None for units as they are taken and for mere words."""
 
 
-@pytest.mark.parametrize(("column", "role", "linear", "factor"), FOREIGN)
-def test_unit_at_the_end_of_a_name_is_seen(column, role, linear, factor):
-    assert getattr(foreign_unit(column, role, linear=linear), "factor", None) == factor
+@pytest.mark.parametrize(("kind", "columns"), FOREIGN.items())
+def test_unit_at_the_end_of_a_name_is_seen(kind, columns):
+    role, linear, factor = kind
+    found = {column: getattr(foreign_unit(column, role, linear=linear), "factor", None) for column in columns}
+    assert found == dict.fromkeys(columns, factor)
 
 
 def test_velocity_in_degrees_is_said_to_be_per_second():
@@ -227,33 +216,22 @@ def test_currents_are_known_by_their_name_or_by_amperes():
     assert not any(map(is_current, ("u", "gamma", "M")))
 
 
-@pytest.mark.parametrize(
-    ("column", "role", "linear", "unit"),
-    [
-        ("pos_mm", "position", False, "millimetres"),
-        ("z [m]", "position", False, "m"),
-        ("v (m/s)", "velocity", False, "m/s"),
-        ("F [N]", "torque", False, "N"),
-        ("F_kN[2]", "torque", False, "kN"),
-        ("q_deg", "position", True, "degrees"),
-        ("q [rad]", "position", True, "rad"),
-        ("Straße [RAD]", "position", True, "rad"),
-        ("n_rpm", "velocity", True, "revolutions per minute"),
-        ("M [Nm]", "torque", True, "N m"),
-        ("tau_Nmm", "torque", True, "mN m"),
-        ("pos_counts", "position", False, None),
-        ("torque [%]", "torque", True, None),
-        ("I [mA]", "torque", True, None),
-        ("q_m", "position", False, None),
-        ("u_N", "torque", False, None),
-        ("t [min]", "time", False, None),
-        ("M [Nm]", "torque", False, None),
-        ("z [mm]", "position", True, None),
-    ],
-)
-def test_unit_of_the_other_kind_of_axis_is_seen(column, role, linear, unit):
-    found = foreign_unit(column, role, linear=linear)
-    assert (found.name if found and not found.factor else None) == unit
+OTHER_AXIS = {
+    ("position", False): {"pos_mm": "millimetres", "z [m]": "m", "pos_counts": None, "q_m": None},
+    ("velocity", False): {"v (m/s)": "m/s"},
+    ("torque", False): {"F [N]": "N", "F_kN[2]": "kN", "u_N": None, "M [Nm]": None},
+    ("position", True): {"q_deg": "degrees", "q [rad]": "rad", "Straße [RAD]": "rad", "z [mm]": None},
+    ("velocity", True): {"n_rpm": "revolutions per minute"},
+    ("torque", True): {"M [Nm]": "N m", "tau_Nmm": "mN m", "torque [%]": None, "I [mA]": None},
+    ("time", False): {"t [min]": None},
+}
+"""Units that only the other kind of axis has, by role, whether the axis is linear, and name of the column."""
+
+
+@pytest.mark.parametrize(("kind", "units"), OTHER_AXIS.items())
+def test_unit_of_the_other_kind_of_axis_is_seen(kind, units):
+    found = {column: foreign_unit(column, kind[0], linear=kind[1]) for column in units}
+    assert {column: one.name if one and not one.factor else None for column, one in found.items()} == units
 
 
 @pytest.mark.parametrize(
