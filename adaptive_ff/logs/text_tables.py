@@ -201,9 +201,8 @@ class Clock:
     Seconds since 1970 would be known to 0.2 us only, which at 500 Hz is enough to change what is identified.
     """
 
-    begin: datetime | None = None
-    last = datetime.min.replace(tzinfo=UTC) + DAY
-    days = timedelta()
+    last: datetime | None = None
+    since = timedelta()
 
     def seconds(self, text: str) -> float:
         """Return an ISO time as seconds; one without a zone is taken for UTC, one without a day goes on past midnight.
@@ -216,8 +215,6 @@ class Clock:
         is_of_day = ":" in text[:3]
         moment = datetime.fromisoformat(f"1970-01-01T{text}" if is_of_day else text)
         moment = moment.replace(tzinfo=moment.tzinfo or UTC)
-        if is_of_day:
-            self.days += DAY * (moment + self.days < self.last - 0.5 * DAY)
-            self.last = moment = moment + self.days
-        self.begin = self.begin or moment
-        return (moment - self.begin).total_seconds()
+        step, self.last = moment - (self.last or moment), moment
+        self.since += (step + 0.5 * DAY) % DAY - 0.5 * DAY if is_of_day else step
+        return self.since.total_seconds()
