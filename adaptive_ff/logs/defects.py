@@ -97,7 +97,7 @@ def usable_segments(log: Log, shortest: int = 2) -> tuple[list[range], list[Skip
     """
     median_step(log)
     finite = np.all([np.isfinite(series) for series in log.series.values()], axis=0)
-    steps, cuts = steps_of(log.time), find_jumps(log)
+    steps, cuts = steps_of(log.time), find_jumps(log)  # a jump over a gap of the clock is none
     for place in (np.flatnonzero(~((steps > 0.0) & (steps <= longest_step(log.time)))) + 1).tolist():
         before, after = log.time[place - 1], log.time[place]
         what = "leaves a gap" if after > before else "jumps back" if after < before else "stands still"
@@ -135,21 +135,15 @@ def bridged(time: Array, mask: NDArray[np.bool_], widest: int) -> NDArray[np.boo
     return found
 
 
-def are_pauses(time: Array) -> NDArray[np.bool_]:
-    """Tell before which samples a clock leaves a gap."""
-    steps = steps_of(time)
-    return np.append(False, (steps > longest_step(time)) & (steps < np.inf))
-
-
 def find_jumps(log: Log) -> dict[int, str]:
     """Return the samples before which a position jumps within one step, with how far; of one there and back, both."""
     steps = steps_of(log.time[:0] if log.position is None else log.position)
-    usual, pauses = usual_step(steps), are_pauses(log.time)
+    usual = usual_step(steps)
     if steps.size < 3 or not usual:
         return {}
     large = runs(np.abs(steps) > TUNING.jump * usual)
     places = [place for start, stop in large if stop - start <= 2 for place in range(start + 1, stop + 1)]
-    return {place: f"the position jumps by {steps[place - 1]:.3g}" for place in places if not pauses[place]}
+    return {place: f"the position jumps by {steps[place - 1]:.3g}" for place in places}
 
 
 def usual_step(steps: Array) -> float:
