@@ -112,13 +112,13 @@ def round_figures(name):
     return found
 
 
-def words_of(function, *arguments, **named):
+def words_of(function, *arguments, show=lambda value: digest(plain(value)), **named):
     """Return a digest of what a function gives, or what it refuses with."""
     try:
         value = function(*arguments, **named)
     except (ValueError, TypeError, ArithmeticError) as error:
         return str(error).rpartition("Value error, ")[2].partition(" [type=")[0]  # of a table, without its frame
-    return digest(plain(value)) if not hasattr(value, "model_dump") else "accepted"
+    return show(value) if not hasattr(value, "model_dump") else "accepted"
 
 
 MOVING = [
@@ -424,6 +424,28 @@ def argument_figures():
     return found
 
 
+DESIGNS = """
+    fastest_bandwidth design_pi design_position_loop kalman_velocity_gains loop_systems PI.design PositionLoop.design
+    DisturbanceObserver.design ExtendedState.design"""
+
+
+def edge_figures():
+    """Return digests, to three digits, of what designs make of numbers of all sizes, for each argument."""
+    found = {}
+    for name in DESIGNS.split():
+        for argument in each(f"controllers.{name}", *NUMBERS):
+            further = (1000, 1001) if (name, argument) == ("loop_systems", "delay") else ()
+            with np.errstate(all="ignore"):
+                said = [
+                    words_of(
+                        call, f"controllers.{name}", show=lambda value: " ".join(plain(value)), **{argument: value}
+                    )
+                    for value in (-1, 0.0, 0.5, 1e-3, 1.001, 1.2, 2, 3, 10, 1e5, 1e200, *further)
+                ]
+            found[f"{name} {argument}"] = digest([NAMED.sub(lambda one: f"{float(one[0]):.3g}", one) for one in said])
+    return found
+
+
 TABLES_OF_PLANT = {
     **{name: (kind, {**CURVE, **further}) for name, (kind, further) in KINDS.items() if name != "lugre"},  # takes long
     "two-sided": (joints.JointModel, {**CURVE, **TWO_SIDED}),
@@ -567,6 +589,9 @@ def group_figures():
         group.state_from_json(saved)
     for name, one in itertools.product(("enabled", "feedforward_enabled"), (1, [True], [True, False, True], False)):
         found[f"{name} {one}"] = words_of(setattr, group, name, one) + str(getattr(group, name).tolist())
+    mixed = adaptive_ff.JointGroup.from_table({"period": 0.01, "joints": {"a": GAINS, "b": GAINS}})
+    mixed.joints["b"].run_uncompiled()
+    found["mixed"] = digest(plain([mixed.step([0.1, 0.2], [0.1, 0.0]) for _ in range(3)]))
     content = json.loads(saved)["group"]
     wrong = ({**content, "wrist": 3}, {**content, "hand": {}}, dict(reversed(content.items())), 3, [])
     texts = ("3", "{}", "x", *(json.dumps({"group": one}) for one in wrong))
@@ -667,6 +692,7 @@ PARTS = {
     **{f"pieces of kernels {part}": (piece_figures, (part, 4)) for part in range(4)},
     **{f"functions of {room}": (digests, (room,)) for room in ROOMS},
     "designs": (design_figures, ()),
+    "designs of numbers": (edge_figures, ()),
     "arguments": (argument_figures, ()),
     "fields": (field_figures, ()),
     "documentation": (documented_figures, ()),
