@@ -86,7 +86,7 @@ SIGNED = """
     acting_reference next_acting_reference torque_delay gear_ratio"""
 """Numbers of either sign; that a gear ratio is not zero is asked of it below."""
 
-ZERO = "integral delay velocity_lag regressors position_hats held_out deviation friction_share"
+ZERO = "integral delay velocity_lag velocity_noise regressors position_hats held_out deviation friction_share"
 """Numbers that may be zero."""
 
 LOST, SIGNS = (math.nan, math.inf), (0, -1, -5e-324)

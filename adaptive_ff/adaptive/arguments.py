@@ -102,6 +102,16 @@ def observer_pole(bandwidth: float | None, tuning: Tuning) -> float:
     return 2.0 * math.pi * float(bandwidth)
 
 
+def checked_noise(velocity_noise: float) -> float:
+    """Return a standard deviation of the measured velocity, zero where it is unknown."""
+    check_numbers(velocity_noise=velocity_noise)
+    if not 0.0 <= velocity_noise <= LARGEST_VELOCITY:
+        raise ValueError(
+            f"velocity_noise = {velocity_noise} is not allowed: it must be from 0 (unknown) to {LARGEST_VELOCITY:g}"
+        )
+    return float(velocity_noise)
+
+
 def refuse_large(name: str, values: Array) -> None:
     """Raise ``ValueError`` where a regressor is too large; one that is not finite is none."""
     large = values[(np.abs(values) > LARGEST_REGRESSOR) & np.isfinite(values)]

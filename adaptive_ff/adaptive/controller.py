@@ -11,6 +11,7 @@ from adaptive_ff.adaptive.arguments import (
     check_machine,
     checked_fraction,
     checked_memory,
+    checked_noise,
     checked_tuning,
     further_names,
     observer_pole,
@@ -20,8 +21,8 @@ from adaptive_ff.adaptive.arguments import (
 )
 from adaptive_ff.adaptive.estimates import deviations
 from adaptive_ff.adaptive.extensions.over_position import LearntMap, checked_hats, checked_periods, read_map
-from adaptive_ff.adaptive.prior import ASYMMETRY, DEVIATION, FOUND, MAP_DEVIATION, default_prior, model_prior, with_map
-from adaptive_ff.adaptive.state import AdaptiveParameters, AdaptiveState, Machine, initial_adaptive_state
+from adaptive_ff.adaptive.prior import ASYMMETRY, FOUND, default_prior, model_prior, with_map
+from adaptive_ff.adaptive.state import RESPONSES, AdaptiveParameters, AdaptiveState, Machine, initial_adaptive_state
 from adaptive_ff.adaptive.state_check import check_adaptive_state
 from adaptive_ff.adaptive.step import step_adaptive  # noqa: F401  its import registers the kernel
 from adaptive_ff.adaptive.tuning import Tuning
@@ -73,6 +74,9 @@ class AdaptiveController(IdentifyingController):
     velocity_lag : float, optional
         Time by which the measured velocity lags behind the joint's, s: half a period for a difference of positions;
         :func:`controllers.low_pass_lag` for one behind a low-pass.
+    velocity_noise : float, optional
+        Standard deviation of its noise, rad/s, with which the level that is learnt begins; 0, the default, where it is
+        unknown. A coarse encoder shows its own only once the joint moves.
     regressors : int, optional
         How many further known regressors there are, for instance sines of summed angles in a coupled arm: the joint
         carries the torque ``sum_i a_i x_i``, and the ``a_i`` are identified. Their values, of the size of one, are
@@ -86,7 +90,8 @@ class AdaptiveController(IdentifyingController):
         First estimate, from a data sheet, an identification, or the ``estimates`` of another controller, fed forward
         from the first sample. A mapping may hold gravity as well.
     deviation : float or mapping, optional
-        How sure that is: standard deviation as a fraction of each value, or in its unit for each name.
+        How sure that is: standard deviation as a fraction of each value, or in its unit for each name;
+        :class:`Tuning` has the default.
     torque_limit : float, optional
         Largest torque that is commanded, N m, infinite of a drive that gives all it is asked for; what it cut off
         counts as not realised. Give it, or ``realised_torque`` at each step: without either there is no observer, and
@@ -112,7 +117,7 @@ class AdaptiveController(IdentifyingController):
         ``position_hats``, from -2 to 2, as fractions of the friction of the ``model``, which must have some.
     map_deviation : float or sequence of float, optional
         How sure that is: standard deviation of all its numbers, or of each, as a fraction of friction; infinite where
-        nothing is known.
+        nothing is known. :class:`Tuning` has the default.
     tuning : Tuning, optional
         Every constant of the method.
 
@@ -148,11 +153,12 @@ class AdaptiveController(IdentifyingController):
         parameters: Sequence[str] = WITH_GRAVITY,
         delay: float = 0.0,
         velocity_lag: float = 0.0,
+        velocity_noise: float = 0.0,
         regressors: int = 0,
         gear_ratio: float = 1.0,
         ripple_periods: Sequence[float] = (),
         model: TorqueModel | Mapping[str, float] | None = None,
-        deviation: float | Mapping[str, float] = DEVIATION,
+        deviation: float | Mapping[str, float] | None = None,
         torque_limit: float | None = None,
         feedforward_includes_inertia: bool = False,
         friction_share: float = 1.0,
@@ -162,7 +168,7 @@ class AdaptiveController(IdentifyingController):
         position_range: Sequence[float] | None = None,
         load_friction: bool = False,
         position_map: Sequence[float] | None = None,
-        map_deviation: float | Sequence[float] = MAP_DEVIATION,
+        map_deviation: float | Sequence[float] | None = None,
         tuning: Tuning | None = None,
     ) -> None:
         tuning = checked_tuning(tuning)
@@ -178,7 +184,7 @@ class AdaptiveController(IdentifyingController):
         response = inertia / proportional
         hypothesis = Hypothesis(
             shape=float(stribeck_shape),
-            distances=stribeck_velocity * response * tuning.distance_ratio ** np.arange(4.0),
+            distances=stribeck_velocity * response * tuning.distance_ratio ** np.arange(tuning.distances),
             directions=ASYMMETRY[0] in parameters,
             waves=np.append(np.ones(int(has_gravity(parameters))), 2.0 * math.pi / ripples),
             map_waves=2.0 * math.pi / checked_periods("position_periods", position_periods),
@@ -192,6 +198,7 @@ class AdaptiveController(IdentifyingController):
         machine = Machine(
             inertia=float(inertia),
             velocity_lag=float(velocity_lag),
+            velocity_noise=checked_noise(velocity_noise),
             torque_limit=math.inf if torque_limit is None else float(torque_limit),
             torque_known=torque_limit is not None,
             includes_inertia=checked_switch("feedforward_includes_inertia", feedforward_includes_inertia),
@@ -203,9 +210,11 @@ class AdaptiveController(IdentifyingController):
         )
         prior = default_prior(hypothesis, tuning, float(proportional), float(inertia), float(stribeck_velocity))
         unit = float(proportional * stribeck_velocity)
-        prior = prior_with(prior, hypothesis, tuning, names, model, deviation, unit, stribeck_shape)
+        sure = tuning.model_deviation if deviation is None else deviation
+        prior = prior_with(prior, hypothesis, tuning, names, model, sure, unit, stribeck_shape)
         coulomb = 0.0 if model is None else float(dict(_items(model)).get("coulomb", 0.0))
-        prior = with_map(prior, hypothesis, tuning, position_map, map_deviation, coulomb)
+        spread = tuning.map_deviation if map_deviation is None else map_deviation
+        prior = with_map(prior, hypothesis, tuning, position_map, spread, coulomb)
         self.estimate_names = (*names, *FOUND)
         record = AdaptiveParameters(feedback, machine, hypothesis, prior, tuning, float(period))
         super().__init__(record, period, initial_adaptive_state)
@@ -303,7 +312,7 @@ class AdaptiveController(IdentifyingController):
         self.state = begun._replace(
             feedback=state.feedback,
             friction=initial_friction_state(parameters.hypothesis),
-            response=initial_response(parameters.prior.mean.size + 3, parameters.feedback.delay),
+            response=initial_response(parameters.prior.mean.size + RESPONSES, parameters.feedback.delay),
             estimate=state.estimate,
             given=state.given,
             regressors=state.regressors,

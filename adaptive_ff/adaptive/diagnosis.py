@@ -28,11 +28,8 @@ LEARNT = 0.5
 ALIKE = 0.5
 """Correlation of successive innovations beyond which they are not white."""
 
-FAR = 1.5
-"""Factor between identified and assumed inertia beyond which the gains should be looked at."""
-
-LONG = 10.0
-"""Time at rest that calls for a word, s."""
+FAR = 2.0
+"""Factor between identified and assumed inertia that the contract allows; beyond it the gains should be looked at."""
 
 
 class Code(StrEnum):
@@ -194,14 +191,15 @@ def _findings(
 ) -> Iterator[Finding]:
     state, watch = controller.state, controller.state.watch
     running = state.feedback.samples * controller.parameters.period
+    judged = controller.parameters.tuning.switching  # 1/s
     if not controller.enabled:
         yield Finding(Code.HELD)
-    if watch.moved == 0.0 and running > LONG:
+    if watch.moved == 0.0 and running * judged > 1.0:
         yield Finding(Code.NO_MOTION, values={"time": running})
     yield from _given(controller, running)
-    if watch.moved > LONG and abs(correlation) > ALIKE:
+    if watch.moved * judged > 1.0 and abs(correlation) > ALIKE:
         yield Finding(Code.INNOVATIONS_COLOURED, values={"correlation": correlation})
-    if state.weight > LEARNT and watch.moved > LONG:
+    if state.weight > LEARNT and watch.moved * judged > 1.0:
         yield Finding(Code.JUST_CHANGED, values={"probability": state.weight})
     if state.observer.gain > 0.0:
         gain, torque = state.observer.gain, state.observer.torque

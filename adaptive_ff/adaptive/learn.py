@@ -30,13 +30,10 @@ def next_noise(noise: Noise, tuning: Tuning, mean: float, duration: float) -> No
     if noise.means >= 2:
         second = mean - 2.0 * noise.last + noise.before
         value = second * second / 6.0
-        if variance < 0.0:
+        if variance == 0.0:
             variance = value
-        if value <= tuning.clip * tuning.clip * variance:
-            variance += min(1.0, duration / tuning.noise_memory) * (value - variance)
-        else:
-            variance = min(variance * (1.0 + min(1.0, duration)) + duration * duration * value, value)
-    return Noise(variance, mean, noise.last, min(noise.means + 1, 3))
+        variance += min(1.0, duration / tuning.noise_memory) * (value - variance)
+    return Noise(variance, mean, noise.last, min(noise.means + 1, 2))
 
 
 def speed_level(parameters: AdaptiveParameters, state: AdaptiveState, deviations: float) -> float:
@@ -83,9 +80,9 @@ def learn_in_place(
     if moving:
         pace = (1.0 - weight) / parameters.machine.memory + weight / tuning.short_memory
         return_in_place(estimate, parameters.prior, state.unit, math.exp(-duration * pace))
-    white = 0.01 / duration * torque * torque
+    white = torque * torque / duration
     modes = Modes(tuning.quiet * white, tuning.loud * white, weight)
-    if known and noise.variance >= 0.0:
+    if known and noise.variance > 0.0:
         variance = max(noise.variance, least_noise(parameters, state, duration))
         y = interval.output / interval.samples
         innovation, weight = update_in_place(
@@ -102,7 +99,7 @@ def grown_unit(parameters: AdaptiveParameters, state: AdaptiveState, torque: flo
     unit, prior = state.unit, parameters.prior
     if 0.5 * torque <= unit:
         return unit
-    grown = min(0.5 * torque, 1.1 * unit)
+    grown = min(0.5 * torque, parameters.tuning.growth * unit)
     squares = grown * grown - unit * unit
     covariance = state.estimate.covariance
     covariance[2] += parameters.tuning.load * parameters.tuning.load * squares

@@ -33,12 +33,6 @@ FOUND = ("stribeck_velocity", "presliding")
 LARGEST_COEFFICIENT = 2.0
 """Largest number of a first map of friction over position, as a fraction of friction."""
 
-MAP_DEVIATION = 0.05
-"""How sure such a map is where nothing else is said: standard deviation, as a fraction of friction."""
-
-DEVIATION = 0.2
-"""How sure a model is where nothing else is said: standard deviation as a fraction of each value."""
-
 
 def wave_place(hypothesis: Hypothesis) -> int:
     """Return the place of the first column over position."""
@@ -73,10 +67,7 @@ def friction_covariance(fractions: Array, total: float, spread: float, excess: f
     total, spread, excess : float
         Standard deviations of the total, of the parts at a given total, and of stiction beyond Coulomb friction.
     """
-    split = np.full(fractions.size, spread**2)
-    parts = (
-        total**2 * np.outer(fractions, fractions) + np.diag(split) - np.outer(split, split) / max(split.sum(), 1e-300)
-    )
+    parts = total**2 * np.outer(fractions, fractions) + spread**2 * (np.eye(fractions.size) - 1.0 / fractions.size)
     order = np.concatenate([[0, 0], np.arange(1, fractions.size)])
     covariance: Array = parts[np.ix_(order, order)]
     covariance[1, 1] += excess**2
@@ -112,7 +103,7 @@ def default_prior(
         scaled[PATHS + paths + 1] = False
     place = wave_place(hypothesis)
     deviation[place : place + 2 * hypothesis.waves.size] = tuning.load
-    mean[-2] = math.log(min(max(response, tuning.shortest_guess), tuning.longest_guess))
+    mean[-2] = math.log(max(tuning.shortest_lag, min(response, tuning.longest_guess)))
     deviation[-2], lowest[-2], highest[-2] = (
         tuning.lag_deviation,
         math.log(tuning.shortest_lag),

@@ -12,7 +12,7 @@ from controllers import PIParameters, PIState, initial_pi_state
 from controllers.arrays import MutableArray, packed, unpacked
 from controllers.delay import delay_line
 
-FED, OBSERVED, OBSERVER, RESPONSES = 0, 1, 2, 3
+FED, OBSERVED, OBSERVER, RESPONSES = range(4)
 """Places of further responses, after the columns: to all that is fed, to the observed torque, to what of it is fed."""
 
 
@@ -25,6 +25,8 @@ class Machine(NamedTuple):
         Inertia that the loop was designed for, kg m^2.
     velocity_lag : float
         Lag of the measured velocity, s.
+    velocity_noise : float
+        Standard deviation of its noise, rad/s; zero where that is unknown.
     torque_limit : float
         Largest torque, N m.
     torque_known : bool
@@ -45,6 +47,7 @@ class Machine(NamedTuple):
 
     inertia: float
     velocity_lag: float
+    velocity_noise: float
     torque_limit: float
     torque_known: bool
     includes_inertia: bool
@@ -72,11 +75,11 @@ class Noise(NamedTuple):
     Attributes
     ----------
     variance : float
-        Variance of a mean, (rad/s)^2; negative before it is known.
+        Variance of a mean, (rad/s)^2; zero before it is known.
     last, before : float
         The last two means, rad/s.
     means : int
-        Means so far, up to three.
+        Means so far, up to two.
     """
 
     variance: float
@@ -263,7 +266,7 @@ def initial_adaptive_state(parameters: AdaptiveParameters) -> AdaptiveState:
         multipliers=np.zeros(count),
         regressors=np.zeros(parameters.hypothesis.regressors),
         weight=0.5,
-        noise=Noise(-1.0, 0.0, 0.0, 0),
+        noise=Noise(parameters.machine.velocity_noise**2 / parameters.machine.span, 0.0, 0.0, 0),
         interval=Interval(0.0, 0.0, 0.0, 0.0, 0, 0),
         observer=Observer(0.0, 0.0, believed, believed, believed, 0.0, 0.0),
         watch=Watch(0.0, 0.0, 0.0, False, False, 0.0),

@@ -9,16 +9,16 @@ class Tuning(NamedTuple):
     Attributes
     ----------
     quiet, loud : float
-        White torque that no column explains, over 10 ms, in units of friction, squared, in the two modes of the filter.
+        White torque that no column explains, in units of friction, squared, times s, in the two modes of the filter.
     load_walk : float
         Random walk of a load (push, payload) in the loud mode, in units of friction, squared, per second.
     memory, short_memory : float
         Time in which estimates return to the prior, s of motion, in the two modes; the second is also the memory of
         the peak of the reference, s of motion, and of what a diagnosis needs, s.
     switching : float
-        Rate at which the mode in force changes, 1/s.
+        Rate at which the mode in force changes, 1/s; a diagnosis judges a joint from the time between on.
     clip : float
-        Standard deviations from which on an innovation counts less (Huber), and a difference raises the noise slowly.
+        Standard deviations from which on an innovation counts less (Huber).
     span : float
         Length of an interval that is learnt from at once, in time constants ``J/Kp`` of the loop.
     noise_memory : float
@@ -39,12 +39,16 @@ class Tuning(NamedTuple):
         The same of a load that is there from the start, in units of friction.
     first_unit : float
         Unit of friction before any torque, ``Kp Vs``.
+    growth : float
+        Factor by which the unit of friction grows in a sample at most.
     largest_ratio : float
         Largest inertia and Stribeck velocity over the assumed ones, and these over the least ones.
-    shortest_guess, longest_guess, shortest_lag, longest_lag : float
-        Bounds of the first guess of the friction lag, ``J/Kp``, and of the lag, s.
-    distance_ratio : float
-        Presliding distances are ``Vs J/Kp`` times powers of it, from 0 to 3.
+    longest_guess, shortest_lag, longest_lag : float
+        Bounds of the friction lag, s; its first guess is ``J/Kp``, but at most the first of them.
+    distance_ratio, distances : float
+        Presliding distances are ``Vs J/Kp`` times so many powers of it, from 1 on.
+    model_deviation, map_deviation : float
+        Standard deviations where a model or a first map of friction comes without: of each value, and of each number.
     least_deviation : float
         Least standard deviation of what a model says, in units of it.
     hold : float
@@ -65,8 +69,8 @@ class Tuning(NamedTuple):
         Time in which the feedforward fades in or out, and memory of the observer's gate, s.
     """
 
-    quiet: float = 0.01
-    loud: float = 0.2
+    quiet: float = 1e-4
+    loud: float = 2e-3
     load_walk: float = 0.3
     memory: float = 6000.0
     short_memory: float = 100.0
@@ -86,12 +90,15 @@ class Tuning(NamedTuple):
     asymmetry: float = 0.2
     load: float = 0.5
     first_unit: float = 0.3
+    growth: float = 1.1
     largest_ratio: float = 10.0
-    shortest_guess: float = 0.005
     longest_guess: float = 0.03
     shortest_lag: float = 0.001
     longest_lag: float = 0.1
     distance_ratio: float = 4.0
+    distances: float = 4.0
+    model_deviation: float = 0.2
+    map_deviation: float = 0.05
     least_deviation: float = 0.01
     hold: float = 0.018
     slow: float = 0.05

@@ -29,9 +29,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from adaptive_ff.baselines.bounds import INERTIA_RANGE, VISCOUS_UNIT
 from adaptive_ff.friction.feedforward import FeedforwardState, coming_plan
 from adaptive_ff.friction.identifying import IdentifyingController
-from adaptive_ff.friction.model import INERTIA_RANGE, VISCOUS_UNIT
 from adaptive_ff.learning.rls import RLSState, initial_rls_state, trace, update_rls_in_place
 from controllers.arrays import MutableArray, NDArray
 from controllers.checks import check_positive

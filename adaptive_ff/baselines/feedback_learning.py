@@ -37,9 +37,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from adaptive_ff.baselines.bounds import INERTIA_RANGE, VISCOUS_UNIT
 from adaptive_ff.friction.feedforward import FeedforwardState, coming_plan, step_feedforward
 from adaptive_ff.friction.identifying import IdentifyingController
-from adaptive_ff.friction.model import ESTIMATED, INERTIA_RANGE, VISCOUS_UNIT, TorqueModel
+from adaptive_ff.friction.model import ESTIMATED, TorqueModel
 from controllers.arrays import MutableArray, NDArray
 from controllers.checks import check_positive, checked_array
 from controllers.declaration import argument, as_given, begin, controller, derived, not_negative, positive

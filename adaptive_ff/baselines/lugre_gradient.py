@@ -27,10 +27,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from adaptive_ff.baselines.bounds import INERTIA_RANGE, VISCOUS_UNIT
 from adaptive_ff.baselines.feedback_learning import was_refused
 from adaptive_ff.friction.feedforward import FeedforwardState, coming_plan
 from adaptive_ff.friction.identifying import IdentifyingController
-from adaptive_ff.friction.model import INERTIA_RANGE, VISCOUS_UNIT, stiction_fraction
+from adaptive_ff.friction.model import stiction_fraction
 from controllers.arrays import MutableArray, NDArray
 from controllers.declaration import argument, begin, controller, derived, positive
 from controllers.loops import DesignedLoop

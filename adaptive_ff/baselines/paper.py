@@ -14,9 +14,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from adaptive_ff.baselines.bounds import INERTIA_RANGE, largest_lag
 from adaptive_ff.friction.feedforward import FeedforwardState, step_feedforward
 from adaptive_ff.friction.identifying import IdentifyingController
-from adaptive_ff.friction.model import INERTIA_RANGE, TorqueModel, largest_lag
+from adaptive_ff.friction.model import TorqueModel
 from adaptive_ff.learning.rls import RLSState, begin_anew_in_place, initial_rls_state, trace, update_rls_in_place
 from adaptive_ff.learning.series import COEFFICIENTS, series_regressors, write_physical
 from controllers.arrays import MutableArray, NDArray

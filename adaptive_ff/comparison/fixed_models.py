@@ -21,9 +21,10 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
+from adaptive_ff.baselines.bounds import largest_lag
 from adaptive_ff.comparison.own_bandwidth import plain_pi
 from adaptive_ff.comparison.running import drive_over
-from adaptive_ff.friction.model import TorqueModel, largest_lag, model_friction
+from adaptive_ff.friction.model import TorqueModel, model_friction
 from adaptive_ff.scenario.scenario import Scenario
 from adaptive_ff.simulation.experiment import RunSetup, build_setup, without_noise
 from plant import ElastoPlasticJoint, Gravity, JointModel, LuGreJoint, MaxwellJoint, RollingJoint, schedule

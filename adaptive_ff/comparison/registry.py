@@ -80,6 +80,7 @@ def made_for(scenario: Scenario, kind: Callable[..., Any], **given: Any) -> Any:
         "inertia": scenario.feedback.inertia,
         "delay": scenario.assumed_delay,
         "velocity_lag": scenario.velocity_lag,
+        "velocity_noise": scenario.velocity_noise,
     }
     names = signature(kind).parameters
     return kind(**{name: value for name, value in known.items() if name in names and value is not None} | given)

@@ -32,13 +32,13 @@ from controllers.arrays import MutableArray, NDArray
 
 Array = NDArray[np.float64]
 
-INERTIA, VISCOUS, COULOMB, STICTION, PATHS = 0, 1, 2, 3, 4
+INERTIA, VISCOUS, COULOMB, STICTION, PATHS = range(5)
 """Places of the first columns; the distances begin at ``PATHS``."""
 
-LAGGED_SLIP, LAGGED_STICTION, LAGGED_SLOPE, LAGGED_SPEED = 0, 1, 2, 3
+LAGGED_SLIP, LAGGED_STICTION, LAGGED_SLOPE, LAGGED_SPEED = range(4)
 """Places of what follows with the friction lag: ``g``, ``h``, ``dh/d ln Vs``, ``r``."""
 
-SLIP_SENSITIVITY, STICTION_SENSITIVITY, SPEED_SENSITIVITY, LAGS = 4, 5, 6, 7
+SLIP_SENSITIVITY, STICTION_SENSITIVITY, SPEED_SENSITIVITY, LAGS = range(4, 8)
 """Places of the slopes of ``g``, ``h`` and ``r`` behind the lag over ``ln tau``."""
 
 

@@ -19,12 +19,8 @@ Array = NDArray[np.float64]
 LOOP = 2
 """States of the loop, before the coefficients."""
 
-CERTAIN = 1e-6
-"""Least probability of a mode."""
-
 FARTHEST = 50.0
 """Largest logarithm of the odds of one interval."""
-
 SWEEPS = 8
 """Sweeps of the projection at most."""
 
@@ -178,7 +174,6 @@ def update_in_place(
     loud *= max(1.0, abs(innovation) / (clip * math.sqrt(loud)))
     odds = -0.5 * (innovation * innovation * (1.0 / quiet - 1.0 / loud) + math.log(quiet / loud))
     weight = modes.weight / (modes.weight + (1.0 - modes.weight) * math.exp(min(FARTHEST, max(-FARTHEST, odds))))
-    weight = min(max(weight, CERTAIN), 1.0 - CERTAIN)
     one, two = (1.0 - weight) / quiet, weight / loud
     between = weight * (1.0 - weight) * innovation * innovation
     apart, apart_first = 1.0 / loud - 1.0 / quiet, modes.loud / loud - modes.quiet / quiet  # K_2 - K_1, along p and e
