@@ -237,8 +237,7 @@ def make_rows(segment: Segment, band: float, found: Spectrum, fast: float, wides
     corner = max(band, min(TUNING.wide * band, 0.4 / period, widest))
     wide = lowpass(corner, period)
     every = max(1, int(1.0 / (TUNING.oversampling * corner * period)))
-    position, torque = wide(segment.position), wide(segment.torque)
-    known = wide(segment.known) if segment.known.any() else segment.known
+    position, torque, known = map(wide, (segment.position, segment.torque, segment.known))
     velocity = derivative(position, period)
     position, torque, known, velocity = (one[::every] for one in (position, torque, known, velocity))
     step = period * every
