@@ -142,6 +142,9 @@ def controller_figures(make, samples=110):
         found |= {f"{start} last": float(given[-1, 0]), f"{start} faults": controller.faults}
         found |= dict(numbers(controller.estimates, f"{start} estimate"))
         found[f"{start} state"] = state_size(controller)
+        said = read_of(controller)
+        found[f"{start} flags"] = digest([f"{name} {value}" for name, value in said.items() if isinstance(value, int)])
+        found[f"{start} numbers"] = size_of({name: one for name, one in said.items() if isinstance(one, float)})
         if isinstance(controller, adaptive_ff.AdaptiveController):
             found |= {f"{start} {name}": value for name, value in told(controller).items()}
         controller.restart()
@@ -166,6 +169,13 @@ OPTIONS = {
 """Further arguments of the adaptive controller."""
 
 
+def read_of(controller):
+    """Return the numbers and flags that can be read of a controller, by name."""
+    names = [name for name, kind in inspect.getmembers(type(controller)) if isinstance(kind, property)]
+    found = {name: getattr(controller, name) for name in names if name[0] != "_"}
+    return {name: value for name, value in found.items() if isinstance(value, int | float)}
+
+
 def told(controller):
     """Return what an adaptive controller says of itself: uncertainties, diagnosis, the map that it has learnt."""
     found = dict(numbers(controller.uncertainties, "uncertainty"))
@@ -178,7 +188,12 @@ def told(controller):
 
 
 def state_size(controller):
-    values = [value for _, value in numbers(controllers.plain_state(controller.state)) if math.isfinite(value)]
+    return size_of(controllers.plain_state(controller.state))
+
+
+def size_of(content):
+    """Return one number of all finite ones of nested tables."""
+    values = [value for _, value in numbers(content) if math.isfinite(value)]
     return float(np.sum(np.arctan(values) * np.cos(np.arange(len(values)))))
 
 
