@@ -10,7 +10,7 @@ from controllers.kernels.language import dispatched, natural
 LEVEL = 2.5
 """A level, and a count;"""
 
-COUNT = 3
+COUNT: int = 3
 """both are written out."""
 
 
