@@ -6,7 +6,6 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from scenario_files import refused
 from scipy import integrate, stats
 from synthetic_logs import JOINT, make_log, sines_log
 
@@ -236,37 +235,6 @@ def test_thirty_thousand_rows_take_a_second():
     assert time.process_time() - begin < 3.0
 
 
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [
-        ({"position": np.full(15000, 1.0)}, "log: the position is 1 all over; it must move to be identified"),
-        (
-            {"position": 1e-6 * np.random.default_rng(1).standard_normal(15000)},
-            "log: the speed is lost in the noise of the position, which is 100 % of it (rms)",
-        ),
-        ({"torque": np.zeros(15000)}, "log: the torque is 0 all over; it must be that of the drive"),
-        ({"torque": np.full(15000, np.nan)}, "log: no segment of 32 samples is without defect"),
-        ({"time": np.zeros(15000)}, "log: the time does not go forward in 14999 of 14999 steps"),
-    ],
-)
-def test_useless_column_is_refused(change, message):
-    assert refused("", identify_log, replace(make_log(), **change)).startswith(message)
-
-
-@pytest.mark.parametrize("series", ["torque", "position"])
-def test_reversed_sign_is_refused_with_what_to_do(series):
-    log = make_log(noise=0.1, duration=6.0, period=0.005)
-    with pytest.raises(InputError, match=r"log: friction would drive the joint .* scale the torque by -1"):
-        identify_log(replace(log, **{series: -getattr(log, series)}))
-
-
-def test_torque_that_has_nothing_to_do_with_the_motion_is_refused():
-    log = make_log(period=0.005)
-    noise = 20.0 * np.random.default_rng(110).standard_normal(log.time.size)
-    with pytest.raises(InputError, match=r"log: the motion explains \d+ % of the torque: it is not that of the drive"):
-        identify_log(with_torque(log, noise - 0.15 * log.torque))
-
-
 @pytest.mark.parametrize("moving", ["position", "velocity"])
 def test_speed_that_is_mostly_noise_is_refused_as_lost_in_it(moving):
     """White noise behind the wide filter, over the motion that it is added to, rms: from one on it is refused."""
@@ -278,17 +246,6 @@ def test_speed_that_is_mostly_noise_is_refused_as_lost_in_it(moving):
     assert prepare(quiet, bandwidth=5.0).used == log.time.size
     with pytest.raises(InputError, match=f"log: the speed is lost in the noise of the {moving}, which is 7[4-7] % of"):
         prepare(loud, bandwidth=5.0)
-
-
-def test_ten_samples_are_refused():
-    log = make_log()
-    with pytest.raises(InputError, match="log: the log has 10 samples; there must be at least 50"):
-        identify_log(log.part(slice(10)))
-
-
-def test_degrees_are_suspected():
-    found = identify_log(replace(LOG, position=np.degrees(LOG.position)))
-    assert any("is the motion in degrees" in caution for caution in found.cautions)
 
 
 def test_bias_of_first_order_in_the_band_is_found_by_half_of_it_and_taken_with_the_factor_of_safety():
