@@ -351,6 +351,7 @@ BAD = [
         (partial(LEARNER(regressors=2).step, regressors=wrong), (0.1, 0.0), ".*it must be 2 numbers")
         for wrong in ([], [1.0], [1.0, 2.0, 3.0], 1.0)
     ),
+    (partial(LEARNER(regressors=2).step, regressors=[1.0, 1e7]), (0.1, 0.0), r"regressors = 1e\+07 is not allowed"),
     (partial(BRISTLES, reaches=[1e-3, 1e-3]), (), "reaches"),
     (partial(BRISTLES, centres=[1.0]), (), ".*two at least"),
     (partial(CYCLE, lead=5), (), "lead = 5 is not allowed: it must be less than the cycle, 5"),

@@ -140,28 +140,6 @@ def test_a_weight_that_the_integral_has_taken_at_rest_is_not_given_twice(weights
     assert error_after_rests_under_a_load(adaptive, weights) < 0.8 * alone
 
 
-def test_a_refused_takeover_leaves_what_was_learnt_and_held():
-    controller, joint = make(regressors=2, position_hats=7, torque_limit=100.0), reference_joint()
-    controller.regressors[:] = 0.3, -0.4
-    drive(controller, joint, 0.0, 8.0)
-    for k in range(100):
-        controller.step(0.002 * k, 0.0018 * k, position=0.01 * k, regressors=[0.3, math.sin(0.1 * k)])
-    before, held = controller.state_to_json(), controller.regressors
-    for given, message in (
-        ({"torque": -1e9}, r"^torque = -1000000000.0 N m is not allowed: at most .* is plausible"),
-        ({"regressors": [0.1]}, r"^regressors has shape \(1,\); it must be 2 numbers"),
-        ({"regressors": [0.1, 1e7]}, r"^regressors = 1e\+07 is not allowed"),
-        ({"regressors": [0.1, 0.2], "correction": math.inf}, r"^correction = inf is not allowed"),
-        ({"regressors": [0.1, 0.2], "dt": 0.0}, r"^dt = 0.0 is not allowed"),
-    ):
-        with pytest.raises(ValueError, match=message):
-            controller.take_over(**{"torque": 33.0, "reference": 0.2, "velocity": 0.19, **given})
-        assert controller.state_to_json() == before
-        assert controller.regressors is held
-    controller.take_over(33.0, 0.2, 0.19)
-    assert controller.step(0.2, 0.19) == pytest.approx(33.0, abs=1e-9)
-
-
 def test_feedforward_fades_out_and_in_while_learning_goes_on():
     controller, joint, pi_joint = make(), reference_joint(), reference_joint()
     pi = drive(PI(*GAINS, PERIOD), pi_joint, 0.0, 26.0)

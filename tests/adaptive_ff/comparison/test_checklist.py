@@ -142,7 +142,7 @@ def test_steps_leave_the_parameters_as_they_are(name):
     assert not any(np.shares_memory(a, b) for a, b in shared)
 
 
-REFUSED_TAKEOVERS = [("torque", math.nan), ("torque", 1e300), ("velocity", math.inf), ("inertia", 0.0), ("dt", -0.01)]
+REFUSED_TAKEOVERS = [("torque", math.nan), ("torque", -1e300), ("velocity", math.inf), ("inertia", 0.0), ("dt", -0.01)]
 REFUSED_TAKEOVERS += [(name, math.nan) for name in ("reference", "next_reference", "feedforward")]
 REFUSED_TAKEOVERS += [("correction", math.inf), ("regressors", [1.0, 2.0, 3.0]), ("position", "up"), ("load", 1.0)]
 """What is no number or that of no drive, other kinds of values, and a name that nobody knows."""
