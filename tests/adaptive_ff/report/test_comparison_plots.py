@@ -83,20 +83,6 @@ def test_a_change_of_the_load_has_the_unit_of_its_axis(axis, unit):
     assert [look["label"] for look in changes_of(scenario)[1]] == [f"load 3 {unit}"]
 
 
-def test_estimates_stand_in_bands_of_their_uncertainty(comparison, figures):
-    run = comparison.runs["adaptive"]
-    assert set(run.uncertainties) == set(run.estimates)
-    assert 100 <= run.uncertainty_time.size <= 130
-    assert "± 2 standard deviations" in legend(figures["estimates"])
-    assert comparison.runs["adaptive_paper"].uncertainties == {}
-    for axes, name in zip(figures["estimates"].axes, run.estimates, strict=True):
-        (band,) = axes.collections
-        width = np.ptp(band.get_paths()[0].vertices[:, 1])
-        assert width >= 4.0 * np.min(run.uncertainties[name])
-        end = run.uncertainties[name][-1]
-        assert 0.0 < end < np.max(run.uncertainties[name])
-
-
 def test_without_runs_it_is_refused_and_failed_writing_leaves_no_part_of_a_picture(comparison, tmp_path, monkeypatch):
     with pytest.raises(ValueError, match=r"comparison.runs is empty"):
         plot_comparison(Comparison(SHORT, {}))
