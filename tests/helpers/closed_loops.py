@@ -7,7 +7,7 @@ from unittest.mock import patch
 
 import numpy as np
 import pytest
-from stepped_joint import CompiledJoint
+from stepped_joint import CompiledJoint, leaves
 
 from adaptive_ff import load_scenario
 from adaptive_ff.comparison.registry import CONTROLLERS
@@ -140,9 +140,7 @@ def step_poisoned(block, state, inputs):
 
 def is_finite(value):
     """Tell whether all numbers of a state are."""
-    if isinstance(value, tuple):
-        return all(is_finite(item) for item in value)
-    return bool(np.all(np.isfinite(np.asarray(value, dtype=float))))
+    return all(np.all(np.isfinite(leaf)) for leaf in leaves(value))
 
 
 class Learnt:

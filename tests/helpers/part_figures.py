@@ -567,6 +567,7 @@ UNUSABLE = [
     *({"position_hats": count, "position_map": [0.1] * 3} for count in (0, 3)),
     *({one: [-1.0, 0.0]} for one in ("position_range", "position_periods", "ripple_periods")),
     *({"ripple_periods": [1.0], "regressors": count} for count in (18, 19)),
+    *({**FIRST, "position_hats": 2, **one} for one in ({"position_range": (1.0, 0.0)}, {"position_map": (0.1, -2.5)})),
     {"map_deviation": -1.0},
     {"position_hats": 1},
 ]

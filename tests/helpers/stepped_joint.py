@@ -17,6 +17,13 @@ VELOCITY = st.just(0.0) | st.floats(-2.0, 2.0)
 TORQUE = st.floats(-300.0, 300.0)
 
 
+def leaves(value):
+    """All numbers and arrays of nested tuples, in order, as arrays."""
+    if isinstance(value, tuple):
+        return [leaf for item in value for leaf in leaves(item)]
+    return [np.asarray(value)]
+
+
 @st.composite
 def friction_fields(draw, least=0.0, shapes=(1.0, 1.5, 2.0)):
     """Fields that every kind of joint has; ``least`` is the smallest Coulomb friction."""

@@ -16,25 +16,18 @@ from plant.lugre import bristle_torque
 from plant.maxwell import Element, added_torque
 
 FRICTION = {"inertia": 20.0, "coulomb": 60.0, "stiction": 90.0, "viscous": 80.0, "stribeck_velocity": 0.05}
+UNEVEN = {**FRICTION, "offset": 7.0, "stiction_backward": 70.0}
+LINK = {"link_share": 0.5, "link_stiffness": 5e4, "link_damping": 20.0}
 MODELS = {
     "stribeck": plant.JointModel(**FRICTION),
-    "lagged": plant.JointModel(**FRICTION, friction_lag=0.02, offset=7.0, stiction_backward=70.0),
-    "lugre": plant.LuGreJoint(**FRICTION, stiffness=1e5, offset=7.0, stiction_backward=70.0),
-    "elastic": plant.ElasticJoint(
-        **FRICTION, link_share=0.5, link_stiffness=5e4, link_damping=20.0, offset=7.0, stiction_backward=70.0
-    ),
-    "backlash": plant.BacklashJoint(
-        **FRICTION, link_share=0.5, link_stiffness=5e4, link_damping=20.0, gap=0.002, hysteresis=10.0, offset=7.0
-    ),
-    "maxwell": plant.MaxwellJoint(
-        **FRICTION, displacements=[2e-4, 5e-4, 1e-3, 2e-3], attraction=2e3, offset=7.0, stiction_backward=70.0
-    ),
-    "rolling": plant.RollingJoint(**FRICTION, rolling_range=2e-3, offset=7.0, stiction_backward=70.0),
-    "elasto_plastic": plant.ElastoPlasticJoint(
-        **FRICTION, presliding=1e-3, friction_lag=0.02, offset=7.0, stiction_backward=70.0
-    ),
+    "lagged": plant.JointModel(**UNEVEN, friction_lag=0.02),
+    "lugre": plant.LuGreJoint(**UNEVEN, stiffness=1e5),
+    "elastic": plant.ElasticJoint(**UNEVEN, **LINK),
+    "backlash": plant.BacklashJoint(**FRICTION, **LINK, gap=0.002, hysteresis=10.0, offset=7.0),
+    "maxwell": plant.MaxwellJoint(**UNEVEN, displacements=[2e-4, 5e-4, 1e-3, 2e-3], attraction=2e3),
+    "rolling": plant.RollingJoint(**UNEVEN, rolling_range=2e-3),
+    "elasto_plastic": plant.ElastoPlasticJoint(**UNEVEN, presliding=1e-3, friction_lag=0.02),
 }
-KINDS = ("stribeck", "lugre", "elastic", "backlash", "maxwell", "rolling", "elasto_plastic")
 TORQUES = 150.0 * np.sin(0.01 * np.arange(2000)) + 30.0 * np.sin(0.037 * np.arange(2000))
 
 

@@ -70,21 +70,6 @@ def test_the_observer_has_the_pole_that_it_is_given_and_the_loop_allows():
     assert poles == pytest.approx([20.0 * math.pi, 4.0 * math.pi])
 
 
-@pytest.mark.parametrize(
-    ("given", "said"),
-    [
-        (
-            {"position_range": (1.0, 0.0)},
-            r"position_range = \[1.0, 0.0\] is not allowed: it must be two finite numbers",
-        ),
-        ({"position_map": (0.1, -2.5)}, r"position_map\[1\] = -2.5 is not allowed: it must be from -2 to 2"),
-    ],
-)
-def test_a_map_that_no_friction_has_is_refused(given, said):
-    with pytest.raises(ValueError, match=said):
-        adaptive(model=MODEL, position_hats=2, **given)
-
-
 def test_a_map_is_read_where_there_are_columns_for_one():
     new, loaded = adaptive(position_periods=[0.5, 1.0]).learnt_map, adaptive(load_friction=True, model=MODEL)
     np.testing.assert_allclose([new.position, new.factor], [np.linspace(0.0, 1.0, 400), np.ones(400)])

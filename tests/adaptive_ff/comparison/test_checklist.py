@@ -22,6 +22,7 @@ from closed_loops import (
     sampled,
     setup_along,
 )
+from stepped_joint import leaves
 
 from adaptive_ff.comparison.registry import CONTROLLERS
 from adaptive_ff.comparison.run import simulate
@@ -44,13 +45,7 @@ def same(found, expected):
 
 def kind(controller):
     """What decides which way a kernel takes: the class, and which of its numbers are zero."""
-
-    def zeros(value):
-        if isinstance(value, tuple):
-            return tuple(zeros(item) for item in value)
-        return tuple(np.ravel(np.asarray(value) == 0.0).tolist())
-
-    return type(controller), zeros(controller.parameters)
+    return type(controller), *(tuple(np.ravel(leaf == 0.0).tolist()) for leaf in leaves(controller.parameters))
 
 
 def test_the_list_names_one_controller_of_each_kind_and_knows_which_learn():
@@ -114,13 +109,6 @@ def test_asking_and_warming_up_change_nothing_and_reset_makes_a_controller_like_
     assert controller.state_to_json() == make(name).state_to_json()
     again, _ = drive(controller, setup)
     assert np.array_equal(again.torque, used.torque)
-
-
-def leaves(value):
-    """All numbers and arrays of nested tuples, in order, as arrays."""
-    if isinstance(value, tuple):
-        return [leaf for item in value for leaf in leaves(item)]
-    return [np.asarray(value)]
 
 
 def arrays_of(value):
