@@ -197,12 +197,6 @@ def log(tmp_path_factory):
     return write_log(tmp_path_factory.mktemp("sizes") / "log.csv", duration=10.0, period=0.005, noise=0.1)
 
 
-def check(text, height=HEIGHT):
-    lines = text.splitlines()
-    assert len(lines) <= height, text
-    assert [line for line in lines if len(line) > WIDTH and " " in line.strip()] == []
-
-
 @pytest.mark.parametrize(
     "command",
     [
@@ -232,7 +226,9 @@ def test_output_fits_a_terminal(command, log, tmp_path, monkeypatch, without_pic
     places = {"LOG": log, "SCENARIO": write_scenario(tmp_path, {**short(), "duration": 2.0})}
     outcome = run_command_line(*(places.get(word, word) for word in command), columns=WIDTH)
     assert outcome.status == 0, outcome.err
-    check(outcome.out, 36 if command[0] == "new" else HEIGHT)  # a file, to be redirected
+    lines = outcome.out.splitlines()
+    assert len(lines) <= (36 if command[0] == "new" else HEIGHT), outcome.out  # a file, to be redirected
+    assert [line for line in lines if len(line) > WIDTH and " " in line.strip()] == []
 
 
 def test_matrix_of_all_scenarios_fits_a_terminal():

@@ -245,8 +245,7 @@ def test_unit_of_the_other_kind_of_axis_is_seen(kind, units):
     ],
 )
 def test_usual_names_may_be_written_with_capitals_where_they_are_words(tmp_path, names, found):
-    path = tmp_path / "log.csv"
-    path.write_text(",".join(names) + "\n0.0,0.0\n", encoding="utf-8")
+    path = written(tmp_path, ",".join(names) + "\n0.0,0.0\n")
     if found is not None:
         assert usual_column(path, read_content(path, ()), ["time"]) == ("time", found)
     else:
