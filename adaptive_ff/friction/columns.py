@@ -212,7 +212,7 @@ def write_columns(
             if direction * start > -hold:
                 turn = (start + direction * hold) / (start - end)
         edge = start + turn * (end - start)
-        if turn > 0.0:
+        if turn * duration > 0.0:  # the product may underflow
             _slide(hypothesis, state, curve, direction, start, edge, turn * duration, psi)
         if turn < 1.0:
             direction = -direction

@@ -82,6 +82,7 @@ def check_estimate(controller):
 @example(
     [(100, 0.3, "follows", "given", 0.0), (30, 0.2, "wild", "random", 1.0), (100, -0.3, "follows", "given", 0.0)], 0
 )
+@example([(1, -5e-324, "follows", "given", 0.0), (3, 0.5, "follows", "given", 0.0)], 0)  # a turn in no time
 @given(parts=PARTS, seed=st.integers(0, 10**6))
 def test_whatever_it_is_fed_estimates_stay_within_bounds_and_covariances_definite(parameters, period, parts, seed):
     given = {"period": period, "torque_limit": LIMIT}
