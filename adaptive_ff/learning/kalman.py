@@ -21,9 +21,9 @@ LOOP = 2
 
 FARTHEST = 50.0
 """Largest logarithm of the odds of one interval."""
+
 SWEEPS = 8
 """Sweeps of the projection at most."""
-
 
 RESOLVED = 1e-8
 """Least noise over what the covariance predicts: less, and what is left of it is rounding."""

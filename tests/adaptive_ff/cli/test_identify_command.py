@@ -76,12 +76,20 @@ def test_files_json_and_table_of_a_log(result):
     assert "Columns: time time, position position, torque torque." in printed
 
 
-def test_scenario_is_one_that_compare_takes(result):
+def test_scenario_is_the_joint_on_the_motion_of_the_log_and_one_that_compare_takes(result):
     folder, _ = result
     scenario = load_scenario(folder / "out" / "scenario.toml")
+    assert [scenario.joint.inertia, scenario.joint.viscous] == pytest.approx([2.0, 4.0], rel=0.01)
     assert scenario.joint.coulomb == scenario.joint.stiction == pytest.approx(3.0, rel=0.01)
+    assert scenario.joint.offset == pytest.approx(-0.5, rel=0.02)
+    assert scenario.sampling.period == 0.002
     text = (folder / "out" / "scenario.toml").read_text(encoding="utf-8")
     assert "assumed: the log shows none of what is above coulomb" in text
+    times, reference = scenario.times(), scenario.reference_velocity()
+    inner = (times > 1.0) & (times < 29.0)
+    assert reference[inner] == pytest.approx(motion(times[inner])[1], abs=0.02)
+    steepest = np.max(np.abs(motion(times)[2]))
+    assert np.max(np.abs(np.diff(reference))) < 1.1 * steepest * 0.001  # it repeats without a jump
     comparison = compare(scenario.modified(duration=5.0, controllers=["pi", "oracle"]))
     assert comparison.improvement["oracle"] > 2.0
 

@@ -248,6 +248,11 @@ def test_speed_that_is_mostly_noise_is_refused_as_lost_in_it(moving):
         prepare(loud, bandwidth=5.0)
 
 
+def test_degrees_are_suspected():
+    found = identify_log(replace(LOG, position=np.degrees(LOG.position)))
+    assert any("is the motion in degrees" in caution for caution in found.cautions)
+
+
 def test_bias_of_first_order_in_the_band_is_found_by_half_of_it_and_taken_with_the_factor_of_safety():
     """Richardson's estimate is exact for it; Roache's interval of two grids is three times as wide, at two errors."""
     true, bias = np.array([2.0, 3.0]), np.array([0.1, -0.4])
