@@ -266,7 +266,7 @@ def initial_adaptive_state(parameters: AdaptiveParameters) -> AdaptiveState:
         multipliers=np.zeros(count),
         regressors=np.zeros(parameters.hypothesis.regressors),
         weight=0.5,
-        noise=Noise(parameters.machine.velocity_noise**2 / parameters.machine.span, 0.0, 0.0, 0),
+        noise=Noise(parameters.machine.velocity_noise**2, 0.0, 0.0, 0),
         interval=Interval(0.0, 0.0, 0.0, 0.0, 0, 0),
         observer=Observer(0.0, 0.0, believed, believed, believed, 0.0, 0.0),
         watch=Watch(0.0, 0.0, 0.0, False, False, 0.0),

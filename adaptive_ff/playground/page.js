@@ -43,16 +43,12 @@ class Run {
     view().setUint32(this.place + offset, place, true);
     shape.forEach((size, axis) => this.put(offset + 8 + 8 * axis, 'q', size));
   }
-  /* Take the stops of the sliders, whose effects on one number multiply; what a run changes only where it begins. */
+  /* Take the stops of the sliders; what a run changes only where it begins. */
   set(stops, begins) {
-    const made = new Map();
     this.machine.sliders.forEach((slider, k) => {
       const { numbers, arrays } = slider.changes[this.which];
-      for (const [offset, kind, values, running] of numbers) {
-        const own = values[stops[k]];
-        made.set(offset, made.has(offset) ? made.get(offset) * (own / values[slider.start]) : own);
-        if (begins || !running) this.put(offset, kind, made.get(offset));
-      }
+      for (const [offset, kind, values, running] of numbers)
+        if (begins || !running) this.put(offset, kind, values[stops[k]]);
       for (const [offset, places, running] of arrays) {
         const [shape, place] = places[stops[k]];
         if (!running) this.point(offset, blob + place, shape);

@@ -21,6 +21,7 @@ from controllers import (
     low_pass_velocity,
     pi_gains,
 )
+from controllers.design.velocity_filter import noise_of_positions
 from controllers.plausibility import LARGEST_OBSERVED
 from plant.fields import Finite, NonNegative, Positive, StrictTable
 
@@ -83,11 +84,7 @@ class VelocityEstimate(StrictTable):
 
         Rounding errors of the readings are taken as independent and even.
         """
-        difference = resolution / (period * math.sqrt(6.0))
-        if self.method == "low_pass":
-            smoothing = 1.0 - math.exp(-2.0 * math.pi * self.cutoff * period)
-            return difference * smoothing / math.sqrt(2.0 - smoothing)
-        return difference
+        return resolution / math.sqrt(12.0) * noise_of_positions(self.estimator(resolution, period), period)
 
 
 AUTO = "auto"  # in the place of a bandwidth: for each controller the one at which it does best

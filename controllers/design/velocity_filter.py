@@ -9,6 +9,7 @@ import math
 from typing import Any, NamedTuple
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
 
 from controllers.velocity import DifferenceVelocity, DirectVelocity, KalmanVelocity, LowPassVelocity
@@ -45,6 +46,19 @@ def in_z(filter_of_velocity: VelocityFilter) -> tuple[NDArray[Any], NDArray[Any]
     size = max(map(len, filter_of_velocity))  # powers of z^-1 rise where those of z fall
     above, below = (np.pad(polynomial, (size - len(polynomial), 0))[::-1] for polynomial in filter_of_velocity)
     return above, below
+
+
+def noise_of_positions(estimator: Any, period: float) -> float:
+    """Return the noise of a velocity over that of the positions, 1/s: standard deviations, of independent errors.
+
+    It is the H2 norm of the filter behind a difference of positions.
+    """
+    above, below = in_z(filter_of(estimator))
+    response = 2.0 / period * np.convolve(np.polydiv(above, [1.0, 1.0])[0], [1.0, -1.0])
+    first = np.eye(below.size - 1, 1)
+    covariance = scipy.linalg.solve_discrete_lyapunov(scipy.linalg.companion(below), first @ first.T)
+    later = response[1:] - response[0] * below[1:]
+    return math.sqrt(response[0] ** 2 + later @ covariance @ later)
 
 
 def _kalman_filter(estimator: KalmanVelocity) -> VelocityFilter:

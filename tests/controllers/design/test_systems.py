@@ -25,7 +25,7 @@ from controllers import (
 from controllers.design.margins import loop_margins
 from controllers.design.observer_design import SLOWEST, disturbance_observer_compensation
 from controllers.design.sampled_loop import SampledLoop, open_loop
-from controllers.design.velocity_filter import NO_FILTER, filter_of
+from controllers.design.velocity_filter import NO_FILTER, filter_of, noise_of_positions
 from controllers.velocity import VELOCITY_ESTIMATORS, direct_velocity, initial_velocity_state, low_pass_velocity
 from plant import Joint, JointModel
 
@@ -91,6 +91,16 @@ ESTIMATORS = {
     "low-pass": low_pass_velocity(30.0, PERIOD),
     "kalman": kalman_velocity(*kalman_velocity_gains(4.4e-4, 20.0, PERIOD), PERIOD),
 }
+
+
+def estimated(estimator, positions):
+    state, found = initial_velocity_state(estimator, 0.0, 0.0), []
+    for reading in positions:
+        value, state = VELOCITY_ESTIMATORS[type(estimator)](estimator, state, reading, PERIOD)
+        found.append(value)
+    return found
+
+
 COARSE = {"velocity_noise": 0.0, "encoder_resolution": 2.0 * math.pi / 4096}
 
 
@@ -99,13 +109,17 @@ def test_filter_is_what_the_estimator_makes_of_a_joint_that_accelerates_evenly_i
     estimator, velocity = ESTIMATORS[name], np.random.default_rng(1).standard_normal(200)
     velocity[0] = 0.0
     position = np.concatenate([[0.0], np.cumsum(0.5 * PERIOD * (velocity[1:] + velocity[:-1]))])
-    state, found = initial_velocity_state(estimator, 0.0, 0.0), []
-    for reading in position:
-        value, state = VELOCITY_ESTIMATORS[type(estimator)](estimator, state, reading, PERIOD)
-        found.append(value)
     made = filter_of(estimator)
-    assert found == pytest.approx(lfilter(made.numerator[::-1], made.denominator[::-1], velocity), abs=1e-12)
+    assert estimated(estimator, position) == pytest.approx(
+        lfilter(made.numerator[::-1], made.denominator[::-1], velocity), abs=1e-12
+    )
     assert sum(made.numerator) == pytest.approx(sum(made.denominator), rel=1e-9)
+
+
+@pytest.mark.parametrize("name", ESTIMATORS)
+def test_noise_of_a_velocity_is_the_root_of_the_squares_that_one_wrong_reading_leaves(name):
+    left = estimated(ESTIMATORS[name], np.eye(1, 600, 1)[0])
+    assert noise_of_positions(ESTIMATORS[name], PERIOD) == pytest.approx(np.linalg.norm(left), rel=1e-9)
 
 
 def test_a_measured_velocity_passes_and_what_is_no_estimator_is_refused():
