@@ -21,6 +21,7 @@ import adaptive_ff
 import controllers
 import plant
 from adaptive_ff import baselines
+from adaptive_ff.adaptive.tuning import Tuning
 
 MODEL = plant.JointModel(inertia=20.0, coulomb=60.0, stiction=90.0, viscous=80.0, stribeck_velocity=0.05)
 SHORT = adaptive_ff.load_scenario().modified(duration=10.0, controllers=["pi"])
@@ -347,6 +348,14 @@ BAD = [
     (controllers.delay_line, (10.5,), "delay = 10.5 is not allowed: it must be from 0 to 10 "),
     (partial(PI.step, regressors=[1.0]), (0.1, 0.0), "regressors is not allowed: PI"),
     *((partial(LEARNER, regressors=wrong), (), f"regressors = {wrong} is not allowed") for wrong in (21, True)),
+    *(
+        (partial(LEARNER, tuning=Tuning(**{name: wrong})), (), f"tuning.{name} = {wrong} is not allowed: {allowed}")
+        for name, wrong, allowed in (
+            *((name, -1.0, "it must be from ") for name in Tuning._fields),
+            ("growth", 0.99, "it must be from 1 to inf"),
+            ("distances", 10.5, "it must be from 1 to 10"),
+        )
+    ),
     *(
         (partial(LEARNER(regressors=2).step, regressors=wrong), (0.1, 0.0), ".*it must be 2 numbers")
         for wrong in ([], [1.0], [1.0, 2.0, 3.0], 1.0)

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from adaptive_ff.adaptive.tuning import Tuning
+from adaptive_ff.adaptive.tuning import LIMITS, Tuning
 from adaptive_ff.friction.model import FURTHER
 from controllers import check_positive
 from controllers.arrays import NDArray
@@ -69,12 +69,16 @@ def slowed(crossover: float, delay: float) -> float:
 
 
 def checked_tuning(tuning: Tuning | None) -> Tuning:
-    """Return the constants; raise ``TypeError`` for what is no record of them, ``ValueError`` for one not finite."""
+    """Return the constants; raise ``TypeError`` for what is no record of them, ``ValueError`` for one out of range."""
     if tuning is None:
         return Tuning()
     if not isinstance(tuning, Tuning):
         raise TypeError(f"tuning = {tuning!r} is not allowed: it must be a Tuning")
-    check_finite(**{f"tuning.{name}": value for name, value in tuning._asdict().items()})
+    for name, value in tuning._asdict().items():
+        check_finite(**{f"tuning.{name}": value})
+        least, most = LIMITS.get(name, (0.0, math.inf))
+        if not least <= value <= most:
+            raise ValueError(f"tuning.{name} = {value} is not allowed: it must be from {least:g} to {most:g}")
     return tuning
 
 

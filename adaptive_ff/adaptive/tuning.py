@@ -1,6 +1,14 @@
 """Every constant of the adaptive controller, in one record that can be set for each controller."""
 
+import math
 from typing import NamedTuple
+
+LIMITS = {
+    **dict.fromkeys(("growth", "largest_ratio"), (1.0, math.inf)),
+    **dict.fromkeys(("shortest_lag", "longest_lag", "model_deviation"), (1e-6, math.inf)),
+    "distances": (1.0, 10.0),
+}
+"""Least and largest value of a constant; of the others it is zero and infinite."""
 
 
 class Tuning(NamedTuple):
