@@ -24,21 +24,22 @@ def clean(log: Log, *, linear: bool = False) -> Done:
     InputError
         The clock does not go forward, or the sample time is a second or more.
     """
-    said = []
+    said, written = [], median_step(log)
     for step in STEPS:
         if not (linear and step is without_wraps):
             log, more = step(log)
             said += more
     period = median_step(log)
+    if period < TUNING.slowest and min(period, written) < TUNING.slow:
+        return log, said
+    units = {"milliseconds": "1e-3", "microseconds": "1e-6", "nanoseconds": "1e-9"}
+    likely = {unit: one for unit, one in units.items() if TUNING.fastest <= period * float(one) < TUNING.slowest}
+    fitting = likely or units
+    wrong = f"is the time in {' or '.join(fitting)}? Then {log.scaling('time', *fitting.values())}"
     if period >= TUNING.slowest:
-        units = {"milliseconds": "1e-3", "microseconds": "1e-6", "nanoseconds": "1e-9"}
-        likely = {unit: one for unit, one in units.items() if TUNING.fastest <= period * float(one) < TUNING.slowest}
-        fitting = likely or units
-        raise InputError(
-            f"{log.name}: the sample time is {period:.4g} s; it must be less than {TUNING.slowest:g} s: "
-            f"is the time in {' or '.join(fitting)}? Then {log.scaling('time', *fitting.values())}"
-        )
-    return log, said
+        must = f"it must be less than {TUNING.slowest:g} s"
+        raise InputError(f"{log.name}: the sample time is {period:.4g} s; {must}: {wrong}")
+    return log, [*said, f"the sample time is {period:.4g} s: {wrong}"]
 
 
 def with_clear_clock(log: Log) -> Done:
@@ -162,7 +163,7 @@ def lacking_column(log: Log) -> str:
 def _called(log: Log, role: str) -> str:
     """Return what a series is called."""
     column, shown = log.columns.get(role, log.columns.get(f"extra {role}")), role.replace("_", " ")
-    return f"the {shown}" if column is None else f"the column {column} of the {shown}"
+    return f"the {shown}" if column in (None, shown) else f"the column {column} of the {shown}"
 
 
 def without_wraps(log: Log) -> Done:

@@ -137,10 +137,9 @@ def in_degrees(log: Log, speed: float, *, linear: bool) -> list[str]:
     """Ask whether the motion of a log is in degrees, or in revolutions per minute, if its largest speed (rad/s) is."""
     if linear or speed <= FASTEST_JOINT:
         return []
-    names, factors = ["degrees", "revolutions per minute"], ["pi/180", "pi/30"]
-    likely = slice(None, 2 if log.position is None else 1)
-    advice = log.scaling("motion", *factors[likely])
-    return [f"the joint reaches {speed:.3g} rad/s: is the motion in {' or '.join(names[likely])}? Then {advice}"]
+    units = {"degrees": "pi/180"} | ({"revolutions per minute": "pi/30"} if log.position is None else {})
+    advice = log.scaling("motion", *units.values())
+    return [f"the joint reaches {speed:.3g} rad/s: is the motion in {' or '.join(units)}? Then {advice}"]
 
 
 def _bare(column: str) -> str:

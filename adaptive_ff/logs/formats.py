@@ -238,6 +238,7 @@ def _numbers(content: Any, prefix: str = "") -> Iterator[tuple[str, NDArray[Any]
 HINTS = {
     ".npy": "; save it as NPZ, numpy.savez(FILE, data=ARRAY), of which data[0] is a series",
     **dict.fromkeys((".xlsx", ".xls"), "; save the sheet as CSV"),
+    **dict.fromkeys((".gz", ".zip", ".bz2", ".xz", ".zst"), "; unpack it first"),
 }
 """What to do with formats that are not read."""
 

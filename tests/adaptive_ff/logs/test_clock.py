@@ -95,16 +95,6 @@ def test_rows_written_twice_are_no_rounded_clock(added, others):
     assert notes == [f"15000 rows left out: with the time of the row before; {others} have other values"]
 
 
-def test_a_few_repeated_times_leave_the_others_as_they_are():
-    log = make_log(noise=0.05)
-    places = np.insert(np.arange(log.time.size), [400, 9000], [400, 9000])
-    torque = log.torque[places]
-    torque[401] += 0.1
-    mended, said = with_clear_clock(Log("log", log.time[places], torque, log.position[places]))
-    assert np.array_equal(mended.time, log.time)
-    assert said == ["2 rows left out: with the time of the row before; 1 have other values"]
-
-
 @pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf, 1e300])
 def test_values_that_are_none_in_the_motion_do_not_matter(value):
     log, times = rounded_clock(2000.0)

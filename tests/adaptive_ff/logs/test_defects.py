@@ -125,6 +125,14 @@ def test_clock_that_does_not_count_seconds_is_refused_with_the_unit_that_suits(r
         identify_log(Log("log", rate * log.time, log.torque, position=log.position))
 
 
+def test_clock_of_a_tenth_of_a_second_or_more_is_asked_whether_it_counts_seconds():
+    """Of a log of 2 kHz in milliseconds inertia came out a million times too large, and was called good."""
+    log = make_log(duration=8.0, period=0.0005)
+    said = ["the sample time is 0.5 s: is the time in milliseconds? Then scale the time by 1e-3"]
+    for rate, expected in ((1e3, said), (160.0, [])):
+        assert clean(Log("log", rate * log.time, log.torque, position=log.position))[1] == expected
+
+
 def test_wraps_are_undone_and_said():
     log = make_log(noise=0.05)
     far = 20.0 * log.position
@@ -180,6 +188,7 @@ def test_each_step_says_what_it_leaves_out():
     twice.torque[901] += 0.1
     sound, said = clean(twice)
     assert sound.time.size == twice.time.size - 5
+    assert np.isin(sound.time, log.time).all()  # they are no clock that is rounded
     assert said[:2] == [
         "2 rows left out: with the time of the row before; 1 have other values",
         "2 rows left out: no finite number in the torque",

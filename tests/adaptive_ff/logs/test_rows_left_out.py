@@ -51,14 +51,6 @@ def test_time_and_value_of_the_first_glitch_are_said_and_one_in_a_gap_that_canno
     assert without_spikes(log.part(rows))[1] == []
 
 
-def test_replay_leaves_the_glitch_out_too():
-    log = make_log(noise=0.05, duration=10.0)
-    sound, found = (replay_log(one) for one in (log, glitched(log, position=([2000], 3.3))))
-    assert "1 row left out: the position is far off there" in " ".join(found.notes)
-    assert (found.data.skipped, found.data.used) == ([], sound.data.used - 1)
-    assert found.left["adaptive"].whole == pytest.approx(sound.left["adaptive"].whole, rel=0.02)
-
-
 def test_what_is_left_out_of_a_log_to_validate_on_is_said_with_its_name():
     other = glitched(make_log(noise=0.05, seed=102), position=([5000], 3.3))
     found = identify_log(make_log(noise=0.05), validation=Log("other", other.time, other.torque, other.position))
@@ -197,17 +189,6 @@ def test_long_stretches_and_gaps_that_would_be_too_long_stay():
     log.torque[200:204] = np.nan
     short = log.part(np.delete(np.arange(500), np.s_[204:206]))  # missing as well
     assert without_missing_values(short) == (short, [])
-
-
-def test_replay_bridges_them_as_well_and_counts_without_them():
-    log = make_log(noise=0.05, duration=10.0)
-    log.torque[::50] = np.nan
-    log.torque[2010:2030] = np.nan
-    found = replay_log(log)
-    assert "100 rows left out: no finite number in the torque." in found.notes
-    first = 2010 - 41
-    assert [skip[:2] for skip in found.data.skipped] == [(first, first + 20)]
-    assert found.data.used == found.data.log.time.size - 20
 
 
 def test_replay_names_the_column_that_lacks_values():

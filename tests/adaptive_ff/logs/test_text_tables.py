@@ -138,7 +138,8 @@ def test_known_torque_is_taken_from_that_of_the_drive(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("ending", "hint"), [(".db3", "no metadata.yaml beside it"), (".xlsx", "save the"), (".npy", "numpy.savez")]
+    ("ending", "hint"),
+    [(".db3", "no metadata.yaml beside it"), (".xlsx", "save the"), (".npy", "numpy.savez"), (".csv.gz", "unpack it")],
 )
 def test_formats_that_are_not_read_get_a_hint(ending, hint, tmp_path):
     (tmp_path / f"log{ending}").write_bytes(b"x")
