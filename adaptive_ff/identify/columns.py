@@ -104,8 +104,8 @@ class Map(NamedTuple):
         kind, _, number = name.rpartition("_")
         place = int(number) - 1
         if kind == "hat":
-            relative = (position - self.low) / (self.high - self.low) * (self.hats - 1)
-            return np.maximum(1.0 - np.abs(np.clip(relative, 0.0, self.hats - 1) - place), 0.0)
+            tops = np.linspace(self.low, self.high, self.hats)
+            return np.asarray(np.interp(position, tops, np.eye(self.hats)[place]))
         return (np.sin if kind == "sine" else np.cos)(2.0 * np.pi * position / self.periods[place])
 
 

@@ -1,6 +1,7 @@
 """Identification of a joint from a log: from the samples to the result."""
 
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -99,12 +100,13 @@ def identify_log(
     said = [*data.said, *in_degrees(data.log, float(np.max(np.abs(data.velocity))), linear=linear)]
     error, name = None, ""
     if validation is not None or held_out:
-        measured = prepare(
-            validation or log.part(slice(used, None)), bandwidth=data.band, torque_delay=torque_delay, linear=linear
-        )
+        other = validation or replace(log.part(slice(used, None)), name=f"{log.name}, its end that is held out")
+        measured = prepare(other, judged=data.band, torque_delay=torque_delay, linear=linear)
         error = measured._replace(place=place).left(best)
         name = "the end of the log" if validation is None else validation.name
         cuts = [one.reason for one in measured.skipped]
+        if measured.band < 0.99 * data.band:
+            cuts.append(f"the torque is compared up to {measured.band:.3g} Hz, a fifth of the sampling frequency")
         said += [] if validation is None else [f"{name}: {sentence}" for sentence in (*measured.said, *cuts)]
     return LogIdentification(
         data,

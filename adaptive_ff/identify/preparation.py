@@ -20,7 +20,7 @@ from adaptive_ff.identify.motion import (
     make_rows,
     spectrum,
 )
-from adaptive_ff.identify.regression import Fit, Folds, Model, sums
+from adaptive_ff.identify.regression import Fit, Folds, Model, remainder, sums
 from adaptive_ff.logs.cleaning import clean, lacking_column
 from adaptive_ff.logs.defects import Skipped, median_step, usable_segments
 from adaptive_ff.logs.log import KNOWN, Log
@@ -78,8 +78,8 @@ class Prepared(NamedTuple):
         return np.asarray(self.columns(*fit.model) @ [fit.values[name] for name in fit.model.names])
 
     def left(self, fit: Fit) -> float:
-        """Return what a model leaves of the torque, rms over rms."""
-        return math.sqrt(float(np.mean((self.torque - self.modelled(fit)) ** 2)) / float(np.mean(self.torque**2)))
+        """Return what a model leaves of the torque, see :func:`remainder`."""
+        return remainder((self.torque - self.modelled(fit)) ** 2, self.torque, fit.model.names)
 
     def sums(self, names: tuple[str, ...], columns: Array) -> Folds:
         """Return the sums of some columns by fold."""
@@ -161,7 +161,8 @@ def _filtered(
         lost = math.sqrt(noise / max(noise, power))
         raise InputError(
             f"{name}: the speed is lost in the noise of the {'position' if found.of_position else 'velocity'}, "
-            f"which is {100.0 * lost:.0f} % of it (rms): record faster motion, or with a finer sensor"
+            f"which is {100.0 * lost:.0f} % of it (rms): record faster motion, or with a finer sensor, or give a "
+            "narrower --bandwidth"
         )
     rows = [made for made in every if made.kept.size and made.time.size * made.period > 4.0 / band]
     count = sum(made.kept.size for made in rows)

@@ -39,7 +39,7 @@ class Parameter(NamedTuple):
 
 
 class Fit(NamedTuple):
-    """A fitted model with its parameters, and what it leaves of folds that were left out of the fit, rms over rms."""
+    """A fitted model with its parameters, and what it leaves of folds left out, see :func:`remainder`."""
 
     model: Model
     parameters: dict[str, Parameter]
@@ -151,6 +151,12 @@ def spread(folds: Folds) -> Array:
     """Return the covariance that leaving out each fold in turn tells (B. Efron 1982): that of repetition."""
     each = _without_each(folds, bounded=False)
     return np.asarray(np.cov(each.T, ddof=0) * (len(each) - 1)).reshape(each.shape[1], -1)
+
+
+def remainder(squares: Array, torque: Array, names: tuple[str, ...]) -> float:
+    """Return the rms error of a model over the torque's; where it has an offset, over the torque's about its mean."""
+    whole = np.var(torque) if "offset" in names else np.mean(torque**2)
+    return math.sqrt(float(np.mean(squares)) / max(float(whole), 1e-300))
 
 
 def quantile(folds: int, confidence: float) -> float:

@@ -26,7 +26,7 @@ from adaptive_ff.reported import Reported
 GOOD, CARE, UNUSABLE = "good", "usable with care", "not usable"
 
 LEFT = {GOOD: 0.15, CARE: 0.5}
-"""Fraction of the torque (rms, of folds that were left out) that may be left."""
+"""Fraction of the torque (rms about its mean, of folds that were left out) that may be left."""
 
 NEEDED = ("inertia", "coulomb", "viscous")
 """What a simulated joint needs."""
@@ -54,7 +54,7 @@ class LogIdentification(Reported):
     confidence : float
         Probability that the intervals are meant to have.
     validation : float or None
-        What the best model leaves of the torque that it was validated on, rms over rms.
+        What the best model leaves of the torque that it was validated on, rms over that torque's about its mean.
     validated_on : str
         What that is.
     cautions : list of str

@@ -76,13 +76,13 @@ class Score(Reported):
     tested : str
         Name of the other log.
     rms, fit : float
-        Error of the simulation of the whole log, rms, and how much of its variation is explained, per cent.
+        Error of the simulation of the longest segment, rms, and how much of its variation is explained, per cent.
     windows, moved : float
         Error and motion in windows of 1 s, each begun from the measured state, rms.
     training_rms, training_windows : float
         The same errors on the log that was identified.
     torque_left : float
-        What the model leaves of the other log's torque in its band, rms over rms.
+        What the model leaves of the other log's torque in its band, rms over the torque's about its mean.
     time, measured, simulated : ndarray, shape (n,)
         The longest segment of the other log.
     cautions : list of str
@@ -147,7 +147,8 @@ def score_log(train: Log, test: Log, **given: Any) -> Score:
     training = _simulated(found, train, delay)
     other = training if same else _simulated(found, test, delay)
     deviation = float(np.std(other["measured"]))
-    said, lacking = list(found.cautions), ("path",) if found.best.model.shape.load else ("path", "load_friction")
+    said = [*found.cautions, *other.pop("cautions")]
+    lacking = ("path",) if found.best.model.shape.load else ("path", "load_friction")
     lacks = [one for one in found.best.values if is_mapped(one) or one in lacking]
     if lacks:
         said.append(f"{train.name}: the model has as well, and the simulated joint lacks: {', '.join(lacks)}")
@@ -192,17 +193,17 @@ def _simulated(found: LogIdentification, log: Log, delay: float | None) -> dict[
     carried = max(0.0, found.value("load_friction")) if found.best.model.shape.load else 0.0
     beside = Beside(Gravity(*found.gravity), carried, found.value("stiction_excess"), slow, found.value(ASYMMETRY))
     results = []
-    for length in (grid.size, max(1, round(WINDOW / step))):
+    rows = max(1, round(WINDOW / segment.period))  # of a window
+    for length in (grid.size, fine * rows):
         simulated = np.empty(grid.size)
         _follow(joint, beside, torque, start, step, length, simulated)
         results.append(simulated[::fine])
     whole, windows = (np.where(np.isfinite(one), one, 1e300) for one in results)
-    length = max(1, round(WINDOW / segment.period))
-    used = count // length * length
-    segments = position[:used].reshape(-1, length)
-    moved = math.sqrt(float(np.mean((segments - segments[:, :1]) ** 2)))
+    begun = position[np.arange(count) // rows * rows]
     with np.errstate(over="ignore"):
-        errors = [math.sqrt(float(np.mean((one - position) ** 2))) for one in (whole, windows)]
+        errors = [math.sqrt(float(np.mean(one**2))) for one in (whole - position, windows - position, position - begun)]
+    pieces = len(prepared.segments)
+    said = [f"{log.name}: the longest of {pieces} segments is simulated, {time[-1]:.4g} s"] if pieces > 1 else []
     first = segment.start + segment.period * inner.start
-    series = {"time": first + time, "measured": position, "simulated": whole}
-    return {**series, "rms": errors[0], "windows": errors[1], "moved": moved}
+    series = {"time": first + time, "measured": position, "simulated": whole, "cautions": said}
+    return {**series, "rms": errors[0], "windows": errors[1], "moved": errors[2]}

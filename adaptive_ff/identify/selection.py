@@ -13,7 +13,7 @@ import numpy as np
 from adaptive_ff.identify.columns import ASYMMETRY, CARRIED, GRAVITY, Shape, is_friction
 from adaptive_ff.identify.motion import TUNING, Array
 from adaptive_ff.identify.preparation import Prepared, narrowed
-from adaptive_ff.identify.regression import Fit, Model, Parameter, left_out_errors, lowest, quantile, spread
+from adaptive_ff.identify.regression import Fit, Model, Parameter, left_out_errors, lowest, quantile, remainder, spread
 
 
 def is_better(old: Array, new: Array, errors: float, gain: float) -> bool:
@@ -189,7 +189,7 @@ def averaged(data: Prepared, narrower: Prepared | None, models: list[Estimated],
 def _fit(data: Prepared, one: Estimated, names: tuple[str, ...], values: Array, half: Array) -> Fit:
     ends = np.maximum(lowest(names), [values, values - half]).tolist()
     parameters = map(Parameter, *ends, (values + half).tolist())
-    left = math.sqrt(float(np.mean(one.errors)) / float(np.mean(data.torque**2)))
+    left = remainder(one.errors, data.torque, one.model.names)
     return Fit(one.model, dict(zip(names, parameters, strict=True)), left)
 
 

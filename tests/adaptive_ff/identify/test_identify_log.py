@@ -205,8 +205,26 @@ def test_other_log_and_held_out_end_are_validated_on():
     other = make_log(noise=0.1, period=0.004, viscous=6.0, seed=102)
     found = identify_log(LOG, validation=Log("other", other.time, other.torque, position=other.position))
     assert found.validation > 10.0 * found.best.left
+    slow = identify_log(LOG, validation=replace(make_log(noise=0.1, period=0.05, seed=103), name="slow"))
+    assert slow.cautions == ["slow: the torque is compared up to 4 Hz, a fifth of the sampling frequency"]
     with pytest.raises(InputError, match="the log to validate on is the one that is fitted"):
         identify_log(LOG, validation=LOG)
+    with pytest.raises(InputError, match="log, its end that is held out: the log has 8 samples"):
+        identify_log(LOG, held_out=0.001)
+
+
+def test_end_whose_clock_jitters_in_another_way_is_validated_on():
+    """Its sample time came out a little longer, and the band was refused though nobody had given one."""
+    log = make_log(period=0.04, noise=0.1, duration=60.0)
+    time = log.time + 0.008 * np.where(log.time < 30.0, 0.0, np.arange(log.time.size) % 3 - 1.0)
+    assert identify_log(replace(log, time=time), held_out=0.5).validation < 0.2
+
+
+def test_a_constant_load_explains_nothing(found):
+    assert identify_log(with_torque(LOG, LOG.torque + 500.0)).best.left == pytest.approx(found.best.left, rel=1e-3)
+    noise = np.convolve(np.random.default_rng(4).standard_normal(LOG.time.size + 99), np.ones(100), "valid")
+    with pytest.raises(InputError, match="the motion explains 0 % of the torque"):
+        identify_log(with_torque(LOG, 500.0 + noise))
 
 
 def test_a_pendulum_that_swings_freely_is_identified_by_its_weight():

@@ -147,6 +147,8 @@ def test_open_loop_follows_another_log_of_the_joint_and_not_one_of_another(heavy
     assert worse.windows > 3.0 * score.windows
     assert worse.torque_left > 0.2
     assert score.to_dict()["verdict"] == "follows"
+    cut = score_log(log, other.part(np.delete(np.arange(15000), np.s_[6000:7000])))
+    assert f"{other.name}: the longest of 2 segments is simulated, " in cut.cautions[-1]
 
 
 @pytest.mark.parametrize(
