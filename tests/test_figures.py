@@ -19,7 +19,7 @@ def moved(case):
     """Return the figures that differ from those stored, both."""
     found, known = figures(case), KNOWN[case]
     assert list(found) == list(known)
-    relative = FITTED if any(word in case for word in ("batch", "log of", "fits", "identified")) else 1e-5
+    relative = FITTED if case == "fits of curves" else 1e-5
     return {name: (known[name], value) for name, value in found.items() if not is_close(value, known[name], relative)}
 
 

@@ -332,6 +332,12 @@ def test_another_kind_is_refused_with_what_is_allowed(name, argument, wrong, rul
 BAD = [
     (controllers.loop_margins_of, (5,), r"systems = 5 is not allowed: it must be what loop_systems returns$"),
     (adaptive_ff.JointGroup.from_table, ("arm.toml",), "table = .* must be a table with period and joints"),
+    (
+        adaptive_ff.JointGroup,
+        ({"a": LEARNER(), "b": LEARNER(period=0.02)},),
+        r"periods = \[0.01, 0.02\] are not allowed",
+    ),
+    (adaptive_ff.fit_stribeck, (SPEEDS, 6 * [1.0, -1.0]), "torque is 0 N m higher in the direction of motion"),
     (adaptive_ff.Log, ("log", TIME, WAVE, WAVE, None, [WAVE]), "extra = .* it must be series by name"),
     (adaptive_ff.Log, ("log", None, WAVE, WAVE), "log: time must be a one-dimensional array of numbers"),
     *(

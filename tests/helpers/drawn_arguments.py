@@ -21,7 +21,7 @@ LEFT_OUT = """.kernels. .native. .state .estimates. .feed. adaptive.step. .learn
 """What calls addresses, searches, or takes arrays that are sorted or belong together; runs reach it."""
 
 SIGNS = (1.0, 1.0, 1.0, -1.0)
-SPECIAL = 20 * (0.0,) + 15 * (1.0,) + 7 * (-1.0, 0.5) + (math.nan,)
+SPECIAL = 20 * (0.0,) + 15 * (1.0,) + 7 * (-1.0, 0.5) + 5 * (math.nan,)
 """Numbers at which branches turn; others are drawn of all sizes from 0.01 to 100."""
 
 SERIES = 24  # length of a series
@@ -62,7 +62,7 @@ def drawn(annotation, generator):
     if annotation is bool:
         return bool(generator.random() < 0.5)
     if annotation is int:
-        return int(generator.integers(0, 6))
+        return int(generator.integers(6 if generator.random() < 0.8 else 300))
     if annotation is str:
         return str(generator.choice(NAMES))
     if annotation is typing.Any:

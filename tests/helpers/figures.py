@@ -93,7 +93,7 @@ def log_figures(name):
     """Return what is identified from a log, replayed along another one, and simulated in open loop."""
     kind, joint = LOGS[name]
     log, other = recorded(kind, **joint), recorded(kind, seed=102, **joint)
-    found = identify_log(log, validation=other)
+    found = identify_log(log, validation=other, held_out=0.3)
     left = {key: one._asdict() for key, one in replay_log(other).left.items()}
     del left["fixed"]["whole"]  # its first samples hang on a lag that nothing determines
     score = score_log(log, other).to_dict()

@@ -15,6 +15,7 @@ from closed_loops import NAMES, SCENARIO
 from drawn_arguments import digest, digests, plain
 from exports import DELAYED, adaptive, adaptive_variants, made
 from kernel_figures import piece_figures, written_figures
+from scipy.signal import lfilter
 from synthetic_logs import coloured, make_log, sines_log
 
 import adaptive_ff
@@ -130,7 +131,7 @@ def controller_figures(make, samples=110):
     """Return torque and state of a controller in plain Python along made-up inputs, before and after a new start."""
     controller = make()
     controller.run_uncompiled()
-    found = {}
+    found = {"new": digest(plain(controller.diagnose()))} if hasattr(controller, "diagnose") else {}
     for start in ("cold", "restarted", "held"):
         inputs = made_up_inputs(controller.period, samples, seed=103)
         inputs[60:75, MOVING] = 0.0  # it rests a while
@@ -302,10 +303,15 @@ def curve_figures():
     return found
 
 
-def sines(further):
-    """Return a log of a joint with a further torque along three sines, one row of ten."""
+def sines(further, every=10):
+    """Return a log of a joint with a further torque along three sines, some rows of those at 1 kHz."""
     log = sines_log(further, seconds=14, rate=1000)[0]
-    return Log(log.name, log.time[::10], log.torque[::10], position=log.position[::10])
+    return Log(log.name, log.time[::every], log.torque[::every], position=log.position[::every])
+
+
+def lagged(velocity, lag=30):
+    """Return the sign of a velocity behind a first-order lag (samples)."""
+    return lfilter([1.0 / lag], [1.0, 1.0 / lag - 1.0], np.sign(velocity))
 
 
 def jittered(size):
@@ -351,6 +357,14 @@ LOGS = {
     "weight": (partial(sines, lambda q, w: 3.0 * np.sin(q + 0.3) + np.tanh(50.0 * w)), {}),
     "map": (partial(sines, lambda q, w: (2.0 + 1.4 * np.sin(1.2 * q)) * np.tanh(80.0 * w)), {"position_hats": 5}),
     "waves": (partial(sines, lambda q, w: (2.0 + np.sin(4.0 * q)) * np.tanh(80.0 * w)), {"position_periods": [1.5708]}),
+    "lag": (partial(sines, lambda q, w: 3.0 * lagged(w), 4), {"is_current": True}),
+    "path": (partial(sines, lambda q, w: 3.0 * np.roll(np.sign(w), 40), 4), {}),
+    "stick": (partial(sines, lambda q, w: (2.0 + 2.0 * np.exp(-np.abs(w) / 0.2)) * np.tanh(80.0 * w)), {}),
+    "dip": (partial(sines, lambda q, w: (3.0 - 2.0 * np.exp(-np.abs(w) / 0.2)) * np.tanh(80.0 * w), 5), {}),
+    "unloaded": (
+        partial(steered, swept, lambda q, w: -0.8 * np.abs(np.cos(1.3 * q)) * np.sign(w)),
+        {"load_friction": True},
+    ),
     "jitter": (partial(jittered, 0.0005), {"confidence": 0.99}),
     "gaps": (partial(jittered, 0.008), {"model": "directions"}),
     "viscous": (partial(make_log, 14.0, 0.01, 0.05, 104, -6.0, coulomb=0.1), {}),
@@ -368,14 +382,17 @@ def identified_figures(name):
         "scenario": words_of(lambda: re.sub(r"_noise = \S+", "", scenario_text(found, "reference.csv")))
     }  # roundings
     texts |= {"reference": digest(plain(reference_columns(found)))}
-    texts |= {f"first {constant}": words_of(found.first_estimate, constant) for constant in (None, 1.7)}
+    texts |= {f"first {one}": words_of(found.first_estimate, *one) for one in ((), (1.7,), (1.7, WITH_OFFSET))}
+    texts["turned"] = words_of(found.simulator, "mjcf", gear_ratio=-3.0)
     texts |= {"verdict": " | ".join(verdict_lines(found)), "details": " | ".join(details(found))}
     score = {}
     try:
         score = {} if log.position is None else score_log(log, log, **options).to_dict() | {"identification": {}}
     except adaptive_ff.InputError as error:
         texts["score"] = str(error)
-    return dict(numbers(found.to_dict())) | dict(numbers(score, "score")) | texts
+    texts["cautions"] = " | ".join(score.get("warnings", ()))
+    curve = {"curve": found.friction(np.array([-0.3, 0.0, 0.02])).tolist()}
+    return dict(numbers(found.to_dict() | curve)) | dict(numbers(score, "score")) | texts
 
 
 def leaves(content, name=""):
@@ -403,7 +420,8 @@ def restored_figures(make):
         said += [f"{one.code} {one.names}" for one in controller.diagnose().findings] if learns else []
         limits = "".join(text.partition("must be ")[2] + text.partition("at most ")[2] for text in said)
         most = {float(one) for one in NAMED.findall(limits)}
-        for content[key] in (float(np.nextafter(one, way)) for one in sorted(most) for way in (one, np.inf)):
+        near = [(one - 1e-9, one, float(np.nextafter(one, np.inf)), one + 1e-9, one + 2e-9) for one in sorted(most)]
+        for content[key] in itertools.chain(*near):
             said.append(words_of(controller.state_from_json, json.dumps(saved)))
         found[name], content[key] = digest(said), known
     return found
@@ -450,6 +468,7 @@ def edge_figures():
     for name in DESIGNS.split():
         for argument in each(f"controllers.{name}", *NUMBERS):
             further = (1000, 1001) if (name, argument) == ("loop_systems", "delay") else ()
+            further = (50.0,) if argument == "bandwidth" else further  # half of the sampling frequency
             with np.errstate(all="ignore"):
                 said = [
                     words_of(
@@ -604,6 +623,7 @@ def group_figures():
         first = {} if function == group.step else {"torque": [1.0, 2.0, 3.0]}
         said = [words_of(function, **{**first, **base, name: one}) for one in WRONG]
         found[f"{function.__name__} {name}"] = digest(said)
+        found[f"{function.__name__} {name} state"] = sum(state_size(one) for one in group.joints.values())
         group.state_from_json(saved)
     for name, one in itertools.product(("enabled", "feedforward_enabled"), (1, [True], [True, False, True], False)):
         found[f"{name} {one}"] = words_of(setattr, group, name, one) + str(getattr(group, name).tolist())
@@ -624,6 +644,7 @@ def group_figures():
 NOT_IDENTIFIED = [{"bandwidth": 200.0}, {"torque_delay": math.inf}, {"model": "lugre"}, {"load_friction": True}]
 NOT_IDENTIFIED += [{"position_hats": -1}, {"position_hats": 2.5}, {"position_hats": 3, "position_periods": (1.0,)}]
 NOT_IDENTIFIED += [{"held_out": one} for one in (-1e-9, 0.99, 0.9)] + [{"confidence": one} for one in (0.0, 0.5)]
+NOT_IDENTIFIED += [{"bandwidth": 20.0 * (1.0 + one)} for one in (1e-9, 2e-9)]
 NOT_IDENTIFIED += [{"torque_delay": one} for one in (-1.0, 1.0, -1.001, 1.001)] + [{"bandwidth": 1.0}]
 NOT_IDENTIFIED += [{"position_hats": 1}, {"position_periods": (0.0,)}, {"confidence": 1.0}, {"held_out": 1.0}]
 
@@ -635,7 +656,7 @@ def spoilt():
     still = np.zeros(log.time.size)
     series = {
         "opposite": (-log.torque, log.position),
-        "unrelated": (5.0 * noise, log.position),
+        "unrelated": (40.0 * noise + log.torque, log.position),
         "exchanged": (log.position, log.torque),
         "noisy": (log.torque, log.position + 0.3 * noise),
         "still": (log.torque, still),

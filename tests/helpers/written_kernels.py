@@ -10,6 +10,7 @@ from controllers.kernels.language import dispatched, natural
 LEVEL = 2.5
 """A level, and a count;"""
 
+FLOOR = -0.5
 COUNT: int = 3
 """both are written out."""
 
@@ -54,7 +55,7 @@ def divided(n, m):
 
 
 def choices(a, b, n):
-    return max(a, b), min(a, b, LEVEL), max(n, 2), min(n, 1, 7), max(n, a)
+    return max(a, b), min(a, b, LEVEL), max(b, FLOOR), max(n, 2), min(n, 1, 7), max(n, a)
 
 
 def tests(a, b) -> int:

@@ -19,6 +19,15 @@ FRICTION = {"inertia": 20.0, "coulomb": 60.0, "stiction": 90.0, "viscous": 80.0,
 CHANGE = plant.JointChange(dry=1.5, viscous=0.5, inertia=2.0, lag=0.25, load=30.0)
 
 
+WARMED = {"thermal_resistance": 1.0, "thinning": 0.1}
+VARYING = [{"load_share": 1e-300}, {"warm_up_excess": -0.5}, {"position_amplitude": 0.5}, WARMED]
+
+
+@pytest.mark.parametrize("fields", [{}, *({one: value} for one, value in WARMED.items()), *VARYING])
+def test_friction_varies_within_a_phase_where_something_makes_it(fields):
+    assert schedule([], 0.01, FrictionVariation(**fields)).varies == (fields in VARYING)
+
+
 def test_every_kind_can_be_changed():
     assert plant.CHANGE_JOINT.keys() == plant.SCALE_JOINT.keys() == plant.STEP_JOINT.keys()
 

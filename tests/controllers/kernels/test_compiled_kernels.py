@@ -132,15 +132,17 @@ def test_a_step_in_python_is_called_back_and_its_error_is_raised_behind_the_loop
             raise ZeroDivisionError("in the second sample")
         return Output(3.0, 1.0)
 
-    called = CalledBack(step, None)
-    exchange = called.addresses.exchange
+    called = CalledBack(step, lambda row: np.copyto(row, len(seen)))
+    exchange, estimates = called.addresses.exchange, np.zeros((3, 2))
     exchange[:TORQUE] = np.arange(TORQUE)
     outputs = []
-    for _ in range(3):
+    for row in estimates:
         call(called.addresses.step, 0, 0, exchange)
+        call(called.addresses.estimates, 0, 0, row)
         outputs.append(tuple(exchange[TORQUE:]))
     assert outputs == [(3.0, 1.0), (0.0, 0.0), (0.0, 0.0)]
-    assert called.addresses[1:5] == (0, 0, 0, 0)  # no estimates or monitors, and its state is in Python
+    assert estimates.tolist() == [[1.0, 1.0], [0.0, 0.0], [0.0, 0.0]]
+    assert CalledBack(step, None).addresses[1:5] == (0, 0, 0, 0)  # no monitors, and its state is in Python
     assert Inputs(*seen[0]) == Inputs(*np.arange(float(TORQUE)))
     assert len(seen) == 2
     with pytest.raises(ZeroDivisionError, match="in the second sample"):

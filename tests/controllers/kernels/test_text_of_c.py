@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from kernels_from_text import from_text
 
 from controllers.compiled import compiled
+from controllers.kernels import text as texts
 from controllers.kernels.language import NotTranslatable
 from controllers.kernels.memory import Memory
 from controllers.kernels.text import DOUBLE, LARGEST_SINGLE, SINGLE, SMALLEST_SINGLE, comment_lines, wrapped_code
@@ -70,6 +71,11 @@ def test_what_is_said_of_a_constant_stands_in_firmware_alone(fixed, tmp_path, mo
     unit = Unit(DOUBLE, "x", fixed=fixed)
     unit.function(from_text(text, tmp_path, monkeypatch).py_func, (type_of(1.0),))
     assert ("How high." in unit.definitions()) == fixed
+
+
+def test_names_that_c_has_are_not_taken():
+    assert [texts.function_name(name) for name in ("own", "while", "tan")] == ["own", "while_", "tan_"]
+    assert [texts.c_name(name) for name in ("own", "while", "tan")] == ["own", "while_", "tan"]
 
 
 def test_numbers_are_written_as_c_has_them():
