@@ -72,14 +72,22 @@ def numbers(value, name=""):
         yield name, float(value)
 
 
+SIZES = """inertia coulomb stiction viscous coulomb_backward stiction_backward viscous_backward offset gravity stiffness
+    damping link_stiffness link_damping hysteresis attraction"""
+"""Fields of joints that are a torque, or are proportional to one."""
+
+
 def joint_figures(name):
     """Return where a joint of a kind comes to, of one shape of its curve after the other, changed on the way."""
     kind, further = KINDS[name]
     time, found = 1e-3 * np.arange(300), {}
     torques = 140.0 * np.sin(20.0 * time) + 60.0 * np.sin(71.0 * time)
-    for label, changes in {"shape 1": {}, "shape 2": {"stribeck_shape": 2.0, **TWO_SIDED}}.items():
-        joint = Joint(kind(**{**CURVE, **further, **changes}), velocity=0.02)
-        for torque in torques:
+    shapes = {"shape 1": (1.0, {}), "shape 2": (1.0, {"stribeck_shape": 2.0, **TWO_SIDED}), "small": (1e-3, TWO_SIDED)}
+    for label, (size, changes) in shapes.items():
+        fields = {**CURVE, **further, **changes}
+        fields |= {one: size * fields[one] for one in SIZES.split() if one in fields}
+        joint = Joint(kind(**fields), velocity=0.02)
+        for torque in size * torques:
             joint.step(torque, 1e-3)
         found |= dict(numbers(joint.state._asdict(), label))
         found[f"{label} sensed"] = SENSED_VELOCITY[type(joint.state)](joint.state)
@@ -88,7 +96,7 @@ def joint_figures(name):
         found |= dict(numbers(CHANGE_JOINT[parameters](joint._parameters, change)._asdict(), f"{label} changed"))
         found |= dict(numbers(SCALE_JOINT[parameters](joint._parameters, 1.3)._asdict(), f"{label} scaled"))
         for field, value in UNSUITABLE:
-            found[f"{label} {field} {value}"] = words_of(kind, **{**CURVE, **further, **changes, field: value})
+            found[f"{label} {field} {value}"] = words_of(kind, **{**fields, field: value})
     return found
 
 
@@ -125,15 +133,21 @@ def words_of(function, *arguments, show=lambda value: digest(plain(value)), **na
 MOVING = [
     controllers.Inputs._fields.index(one) for one in ("reference", "next_reference", "acting_reference", "velocity")
 ]
+TORQUES = [controllers.Inputs._fields.index(one) for one in ("realised_torque", "feedforward", "inertia")]
 
 
-def controller_figures(make, samples=110):
-    """Return torque and state of a controller in plain Python along made-up inputs, before and after a new start."""
+def controller_figures(make, samples=110, size=1.0):
+    """Return torque and state of a controller in plain Python along made-up inputs, before and after a new start.
+
+    Torques are smaller by a factor.
+    """
     controller = make()
     controller.run_uncompiled()
     found = {"new": digest(plain(controller.diagnose()))} if hasattr(controller, "diagnose") else {}
     for start in ("cold", "restarted", "held"):
         inputs = made_up_inputs(controller.period, samples, seed=103)
+        inputs[:, TORQUES] *= size
+        inputs[1:4, MOVING[1:3]] = math.nan  # what comes next is not given at first
         inputs[60:75, MOVING] = 0.0  # it rests a while
         inputs[85:, MOVING] = inputs[85:86, MOVING]  # and moves evenly at the end
         if start == "held" and hasattr(controller, "enabled"):
@@ -162,6 +176,7 @@ OPTIONS = {
     "first values": {"model": {"inertia": 25.0, "coulomb": 40.0, "friction_lag": 0.01}, "deviation": {"coulomb": 0.4}},
     "map given": {**FIRST, "position_hats": 5, "position_range": [-0.4, 0.4], "position_map": [1, 1.2, 0.9, 1.1, 1]},
     "map vague": {"position_hats": 3, "position_range": [-0.4, 0.4], "map_deviation": [0.2, 0.1, 0.3]},
+    "waves given": {**FIRST, "position_periods": [0.5, 0.3], "position_map": [0.2, -0.1, 0.3, 0.1], "regressors": 1},
     "unknown torque": {"torque_limit": None},
     "limit": {"torque_limit": 60.0, "friction_share": 0.7, "memory": 2.0},
     "gear": {"gear_ratio": -3.0, "regressors": 2, "observer_bandwidth": 2.0},
@@ -184,7 +199,7 @@ def told(controller):
     learnt = controller.learnt_map
     if learnt is not None:
         found |= {"map": rms(learnt.factor * np.arange(1.0, learnt.factor.size + 1.0)), "over load": learnt.load_share}
-        found |= {"map from": float(np.sum(np.arctan(learnt.position)))}
+        found |= {"map from": float(np.sum(np.arctan(learnt.position))), "map again": sum(learnt.periods)}
     return found
 
 
@@ -586,7 +601,10 @@ UNUSABLE = [
     *({"position_hats": count, "position_map": [0.1] * 3} for count in (0, 3)),
     *({one: [-1.0, 0.0]} for one in ("position_range", "position_periods", "ripple_periods")),
     *({"ripple_periods": [1.0], "regressors": count} for count in (18, 19)),
-    *({**FIRST, "position_hats": 2, **one} for one in ({"position_range": (1.0, 0.0)}, {"position_map": (0.1, -2.5)})),
+    *(
+        {**FIRST, "position_hats": 2, **one}
+        for one in ({"position_range": (1.0, 0.0)}, {"position_map": (0.1, -2.5)}, {"position_map": (2.0, -2.0)})
+    ),
     {"map_deviation": -1.0},
     {"position_hats": 1},
 ]
@@ -630,6 +648,8 @@ def group_figures():
     mixed = adaptive_ff.JointGroup.from_table({"period": 0.01, "joints": {"a": GAINS, "b": GAINS}})
     mixed.joints["b"].run_uncompiled()
     found["mixed"] = digest(plain([mixed.step([0.1, 0.2], [0.1, 0.0]) for _ in range(3)]))
+    torques = [group.step(wave, 0.9 * wave, position=wave) for _ in range(4)]
+    found |= dict(numbers({"all switched off": np.transpose(torques).tolist()}))
     content = json.loads(saved)["group"]
     wrong = ({**content, "wrist": 3}, {**content, "hand": {}}, dict(reversed(content.items())), 3, [])
     texts = ("3", "{}", "x", *(json.dumps({"group": one}) for one in wrong))
@@ -723,12 +743,21 @@ FIXED = partial(
     torque_limit=math.inf,
     tuning=Tuning(velocity_deviation=0.0),
 )
+SMALL = partial(
+    adaptive_ff.AdaptiveController,
+    *controllers.pi_gains(0.02, 10.0),
+    0.01,
+    inertia=0.02,
+    stribeck_velocity=0.05,
+    parameters=WITH_GRAVITY,
+)
 RESTORED = {"directions": FIXED, "paper": MADE["adaptive_paper late"]}
 
 PARTS = {
     **{f"joint {name}": (joint_figures, (name,)) for name in KINDS},
     **{f"round joint {name}": (round_figures, (name,)) for name in KINDS},
     **{f"steps of {name}": (controller_figures, (make,)) for name, make in {**MADE, **adaptive_variants()}.items()},
+    "steps of a small joint": (controller_figures, (SMALL, 110, 1e-3)),
     "fits": (fit_figures, ()),
     "fits of curves": (curve_figures, ()),
     "refusals": (refused_figures, ()),
