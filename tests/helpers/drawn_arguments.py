@@ -14,7 +14,7 @@ from functools import cache
 
 import numpy as np
 
-FIRST, DRAWS = 8, 40  # how often a function is called, and how often further where one call was no error
+FIRST, DRAWS = 16, 40  # how often a function is called, and how often further where one call was no error
 
 LEFT_OUT = """.kernels. .native. .state .estimates. .feed. adaptive.step. .learn. .observe. .loop. .experiment.
     ._interval_end. ._gap. .split_over_paths. ._kalman_filter. .PIDesign. .loop_systems. .fastest_bandwidth."""
@@ -74,7 +74,8 @@ def drawn(annotation, generator):
     if origin is typing.Literal:
         return inner[generator.integers(len(inner))]
     if any(name in str(annotation) for name in ("ndarray", "NDArray", "ArrayLike")):
-        return np.array([number(generator) for _ in range(SERIES)])
+        series = np.array([number(generator) for _ in range(SERIES)])
+        return series if generator.random() < 0.1 else np.nan_to_num(series)  # a hole is mostly refused
     if origin is tuple:
         kinds = [inner[0]] * 4 if inner[-1] is ... else inner
         return tuple(drawn(kind, generator) for kind in kinds)
