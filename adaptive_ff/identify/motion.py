@@ -34,6 +34,7 @@ class Tuning(NamedTuple):
     least_times_motion: float = 2.0  # smallest band over the frequency of the motion where noise narrows it
     empty: float = 1e-3  # fraction of the velocity's power from which on an octave holds some of the motion
     noise_fraction: float = 0.01  # power of the noise of the acceleration in the band, over that of the acceleration
+    whole: float = 0.05  # fraction of a count that the usual step of a position in counts may be off whole ones
     sampling_fraction: float = 0.2  # largest band over the sampling frequency
     wide: float = 5.0  # corner of the filter before the sign of the velocity, over the band
     rows_in_cycle: float = 4.0  # rows of the regression in a cycle of the band
@@ -115,7 +116,8 @@ def spectrum(motion: Array, period: float, *, is_position: bool) -> Spectrum:
     gain = (2.0 * np.sin(np.pi * frequency * period) / period) ** 2 if is_position else np.ones_like(frequency)
     upper = frequency > 0.3 / period
     weight = float(np.sum(window**2))
-    noise = float(np.median(power[upper] / gain[upper])) / math.log(2.0)
+    white = float(np.median(power[upper] / gain[upper])) / math.log(2.0)
+    noise = max(white, _of_counts(motion, period) * weight / (2.0 * period)) if is_position else white
     width = max(1, min(15, power.size // 20))
     smooth = np.convolve(power, np.ones(width) / width, "same")
     measured: Array = np.where(smooth > 4.0 * noise * gain, np.maximum(power - noise * gain, 0.0), 0.0)
@@ -126,7 +128,21 @@ def spectrum(motion: Array, period: float, *, is_position: bool) -> Spectrum:
     accelerated = float(np.sum((measured * frequency**2)[frequency <= TUNING.times_motion * end]))
     loud = np.cumsum(noise * gain * frequency**2) > TUNING.noise_fraction * accelerated
     quiet = float(frequency[int(np.argmax(loud))]) if loud.any() else math.inf
-    return Spectrum(end, quiet, slow, 2.0 * period * noise / weight, is_position)
+    return Spectrum(end, quiet, slow, 2.0 * period * white / weight, is_position)
+
+
+def _of_counts(position: Array, period: float) -> float:
+    """Return the density of the error of a position in counts ``q``, rad^2/Hz: ``q^2/12`` up to their rate, Hz.
+
+    That is W. R. Bennett's of 1948; where a count takes many rows, the end of the spectrum does not tell it. It is zero
+    where the position is none in counts.
+    """
+    steps = np.abs(np.diff(position))
+    moved = steps[steps > 0.0]
+    counts = moved / np.min(moved, initial=np.inf)
+    if not moved.size or np.median(np.abs(counts - np.round(counts))) > TUNING.whole:
+        return 0.0
+    return float(np.min(moved)) ** 2 / 12.0 * period / min(moved.size / steps.size, 0.5)
 
 
 def choose_band(found: Spectrum, period: float, given: float | None) -> float:

@@ -304,6 +304,18 @@ def test_spectrum_tells_a_sine_from_white_noise(is_position):
     assert found.quiet == pytest.approx(quiet, rel=0.05)
 
 
+@pytest.mark.parametrize(("rate", "counts"), [(4000.0, 1000), (1000.0, 400)])
+def test_counts_that_take_many_rows_narrow_the_band(rate, counts):
+    """The band was as wide as the sampling allows, and the log refused: its speed would be lost in the noise."""
+    log, step = make_log(noise=0.05, period=1.0 / rate), TURN / counts
+    found = identify_log(replace(log, position=step * np.round(log.position / step)))
+    assert 3.0 < found.data.band < 10.0
+    for name in ("inertia", "coulomb", "viscous"):
+        one = found.parameters[name]
+        assert one.lower < JOINT[name] < one.upper
+        assert one.value == pytest.approx(JOINT[name], rel=0.1)
+
+
 def test_lines_of_an_encoder_beyond_an_empty_octave_are_no_motion():
     waves = {hertz: np.sin(hertz * TURN * 0.001 * np.arange(20_000)) for hertz in (2.0, 5.0, 10.0, 20.0, 40.0)}
     for further, motion in (((40.0,), 2.0), ((5.0, 10.0, 20.0, 40.0), 40.0)):
