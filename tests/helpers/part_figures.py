@@ -136,17 +136,18 @@ MOVING = [
 TORQUES = [controllers.Inputs._fields.index(one) for one in ("realised_torque", "feedforward", "inertia")]
 
 
-def controller_figures(make, samples=110, size=1.0):
+def controller_figures(make, samples=110, torque=1.0, speed=1.0):
     """Return torque and state of a controller in plain Python along made-up inputs, before and after a new start.
 
-    Torques are smaller by a factor.
+    Torques and speeds are smaller by a factor.
     """
     controller = make()
     controller.run_uncompiled()
     found = {"new": digest(plain(controller.diagnose()))} if hasattr(controller, "diagnose") else {}
     for start in ("cold", "restarted", "held"):
         inputs = made_up_inputs(controller.period, samples, seed=103)
-        inputs[:, TORQUES] *= size
+        inputs[:, TORQUES] *= torque
+        inputs[:, MOVING] *= speed
         inputs[1:4, MOVING[1:3]] = math.nan  # what comes next is not given at first
         inputs[60:75, MOVING] = 0.0  # it rests a while
         inputs[85:, MOVING] = inputs[85:86, MOVING]  # and moves evenly at the end
@@ -405,7 +406,7 @@ def identified_figures(name):
         score = {} if log.position is None else score_log(log, log, **options).to_dict() | {"identification": {}}
     except adaptive_ff.InputError as error:
         texts["score"] = str(error)
-    texts["cautions"] = " | ".join(score.get("warnings", ()))
+    texts["cautions"] = " | ".join([score.get("verdict", ""), *score.get("warnings", ())])
     curve = {"curve": found.friction(np.array([-0.3, 0.0, 0.02])).tolist()}
     return dict(numbers(found.to_dict() | curve)) | dict(numbers(score, "score")) | texts
 
@@ -430,7 +431,7 @@ def restored_figures(make):
         near = (
             (known * (1.0 + 1e-10), known * (1.0 + 3e-9)) if "belongs_to" in name and isinstance(known, float) else ()
         )
-        for content[key] in (0, -1.0, 5, 1e9, -1e18, *near):
+        for content[key] in (0, -1.0, 5, 1e9, -1e18, 90 * "x", *near):
             said.append(words_of(controller.state_from_json, json.dumps(saved)))
         said += [f"{one.code} {one.names}" for one in controller.diagnose().findings] if learns else []
         limits = "".join(text.partition("must be ")[2] + text.partition("at most ")[2] for text in said)
@@ -757,7 +758,7 @@ PARTS = {
     **{f"joint {name}": (joint_figures, (name,)) for name in KINDS},
     **{f"round joint {name}": (round_figures, (name,)) for name in KINDS},
     **{f"steps of {name}": (controller_figures, (make,)) for name, make in {**MADE, **adaptive_variants()}.items()},
-    "steps of a small joint": (controller_figures, (SMALL, 110, 1e-3)),
+    "steps of a small joint": (controller_figures, (SMALL, 110, 1e-3, 0.012)),
     "fits": (fit_figures, ()),
     "fits of curves": (curve_figures, ()),
     "refusals": (refused_figures, ()),
