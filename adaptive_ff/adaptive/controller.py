@@ -138,7 +138,7 @@ class AdaptiveController(IdentifyingController):
     """
 
     monitor_names = ("change_probability", "observer_gain", "observer_torque")
-    state_version = 8
+    state_version = 9
 
     def __init__(
         self,

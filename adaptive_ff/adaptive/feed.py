@@ -169,7 +169,7 @@ def next_gain(
     """
     tuning, step = parameters.tuning, duration / parameters.tuning.fade
     allowed = 1.0 if state.feedforward_enabled else 0.0
-    if largest > 0.0:
+    if largest > 0.0 and peak > 0.0:
         speed = tuning.slow * largest
         allowed = min(allowed, max(0.0, peak * parameters.feedback.proportional / speed - 1.0))
     return min(state.fed_gain + step, allowed) if allowed > state.fed_gain else max(state.fed_gain - step, allowed)

@@ -65,10 +65,10 @@ def begin_in_place(parameters: AdaptiveParameters, state: AdaptiveState) -> None
 
 
 def learn_in_place(
-    parameters: AdaptiveParameters, state: AdaptiveState, noise: Noise, interval: Interval, moving: bool
+    parameters: AdaptiveParameters, state: AdaptiveState, noise: Noise, interval: Interval, moving: bool, known: bool
 ) -> tuple[float, float]:
     """Advance the filter by an interval; return the probability of the loud mode, and the normalised innovation."""
-    tuning, pi, duration, known = parameters.tuning, parameters.feedback, interval.duration, interval.lost == 0
+    tuning, pi, duration = parameters.tuning, parameters.feedback, interval.duration
     estimate, rate, innovation = state.estimate, duration / parameters.machine.inertia, 0.0
     lag, velocity = estimate.mean[estimate.mean.size - 2], estimate.mean[estimate.mean.size - 1]
     torque, apart = state.unit * rate, interval.apart / interval.samples

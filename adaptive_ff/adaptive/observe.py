@@ -36,7 +36,7 @@ def judged(observer: Observer, bare: float, brought: float, weight: float) -> Ob
     error = observer.error + weight * (bare * bare - observer.error)
     product = observer.product + weight * (bare * brought - observer.product)
     square = observer.brought + weight * (brought * brought - observer.brought)
-    return Observer(observer.torque, observer.gain, error, product, square, observer.handed, observer.shifted)
+    return Observer(observer.torque, observer.gain, error, product, square)
 
 
 def gate(parameters: AdaptiveParameters, observer: Observer, level: float) -> float:

@@ -97,8 +97,8 @@ class Interval(NamedTuple):
         Sums of the error and of the regressed output, rad/s, and of how far the joint is from its reference.
     duration : float
         Time, s.
-    samples, lost : int
-        Samples, and those without a measurement.
+    samples : int
+        Samples.
     """
 
     error: float
@@ -106,7 +106,6 @@ class Interval(NamedTuple):
     apart: float
     duration: float
     samples: int
-    lost: int
 
 
 class Observer(NamedTuple):
@@ -121,10 +120,6 @@ class Observer(NamedTuple):
     error, product, brought : float
         Means of the squared error without it, of its product with the response to the observed torque, and of that
         response squared, (rad/s)^2.
-    handed : float
-        Torque that it has handed over to the integral, N m.
-    shifted : float
-        Torque that has passed from it to the estimates, N m.
     """
 
     torque: float
@@ -132,8 +127,6 @@ class Observer(NamedTuple):
     error: float
     product: float
     brought: float
-    handed: float
-    shifted: float
 
 
 class Watch(NamedTuple):
@@ -184,8 +177,6 @@ class AdaptiveState(NamedTuple):
         See there.
     unit : float
         Unit of friction: half of the largest torque so far, N m.
-    handed : float
-        Torque that the integral has handed over, N m.
     filtered, error : float
         Reference as it is measured, and the last error, rad/s.
     last_reference, earlier_reference, foreseen : float
@@ -226,7 +217,6 @@ class AdaptiveState(NamedTuple):
     observer: Observer
     watch: Watch
     unit: float
-    handed: float
     filtered: float
     error: float
     last_reference: float
@@ -267,11 +257,10 @@ def initial_adaptive_state(parameters: AdaptiveParameters) -> AdaptiveState:
         regressors=np.zeros(parameters.hypothesis.regressors),
         weight=0.5,
         noise=Noise(parameters.machine.velocity_noise**2, 0.0, 0.0, 0),
-        interval=Interval(0.0, 0.0, 0.0, 0.0, 0, 0),
-        observer=Observer(0.0, 0.0, believed, believed, believed, 0.0, 0.0),
+        interval=Interval(0.0, 0.0, 0.0, 0.0, 0),
+        observer=Observer(0.0, 0.0, believed, believed, believed),
         watch=Watch(0.0, 0.0, 0.0, False, False, 0.0),
         unit=unit,
-        handed=0.0,
         filtered=0.0,
         error=0.0,
         last_reference=0.0,

@@ -11,7 +11,7 @@ from controllers.plausibility import LARGEST_VELOCITY, MOST_TIME, largest_torque
 ROUNDING = 1e-9
 """How far an estimate may lie beyond its range, relative to it."""
 
-SIZES = ("held", "handed", "steady", "sliding")
+SIZES = ("held", "steady", "sliding")
 """Torques of the state, N m."""
 
 
@@ -43,7 +43,7 @@ def check_adaptive_state(parameters: AdaptiveParameters, state: AdaptiveState) -
             )
     interval, span = state.interval, parameters.machine.span
     longest = MOST_TIME * parameters.period * span
-    if not (0 <= interval.lost <= interval.samples <= span and 0.0 <= interval.duration <= longest):
+    if not (0 <= interval.samples <= span and 0.0 <= interval.duration <= longest):
         raise ValueError(f"state.interval is not allowed: samples = {interval.samples} must be from 0 to {span}")
     for name, array in {**state.response._asdict(), "psi": state.psi, "sums": state.sums}.items():
         if np.any(np.abs(array) > largest):

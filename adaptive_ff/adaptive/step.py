@@ -130,18 +130,17 @@ def learn_from(parameters: AdaptiveParameters, state: AdaptiveState, inputs: Inp
         interval.apart + apart,
         interval.duration + duration,
         interval.samples + 1,
-        interval.lost + (0 if measured else 1),
     )
     if interval.samples >= machine.span or not measured:
-        if interval.lost == 0:
+        if measured:
             noise = next_noise(noise, parameters.tuning, interval.error / interval.samples, interval.duration)
         for i in range(count):
             state.sums[i] /= interval.samples
         if state.enabled:
-            weight, innovation = learn_in_place(parameters, state, noise, interval, inputs.reference != 0.0)
+            weight, innovation = learn_in_place(parameters, state, noise, interval, inputs.reference != 0.0, measured)
         for i in range(count):
             state.sums[i] = 0.0
-        interval = Interval(0.0, 0.0, 0.0, 0.0, 0, 0)
+        interval = Interval(0.0, 0.0, 0.0, 0.0, 0)
     return Learnt(observer, noise, interval, weight, innovation)
 
 
@@ -188,18 +187,18 @@ def step_adaptive(parameters: AdaptiveParameters, state: AdaptiveState, inputs: 
     fades = math.exp(-duration / tuning.short_memory) if inputs.reference != 0.0 else 1.0
     peak = max(abs(inputs.reference), state.peak * fades)
     fed_gain = next_gain(parameters, state, peak, fed.largest, duration)
-    observer, passed = pass_torque(state, fed, learnt.observer, torque, gain, fed_gain)
+    observer, passed, of_observer = pass_torque(state, fed, learnt.observer, torque, gain, fed_gain)
     feedback = hand_over(pi, state.feedback, passed)
-    handed = state.handed + passed - (unwound_integral(pi, feedback, inputs) - feedback.integral)
+    unwound = unwound_integral(pi, feedback, inputs) - feedback.integral
     total = fed_gain * (fed.torque + observer.gain * observer.torque)
     count = state.psi.size
-    put_in(state.response, count + FED, total - handed)
-    put_in(state.response, count + OBSERVED, fed_gain * (observer.torque + observer.shifted))
-    put_in(state.response, count + OBSERVER, fed_gain * observer.gain * observer.torque - observer.handed)
+    put_in(state.response, count + FED, total, passed - unwound)
+    put_in(state.response, count + OBSERVED, fed_gain * observer.torque, -fed_gain * fed.change)
+    put_in(state.response, count + OBSERVER, fed_gain * observer.gain * observer.torque, of_observer)
     given_loop = with_reference(with_feedforward(inputs, fed.known + total - inputs.feedforward), period.filtered)
     output, feedback = feed_back(pi, feedback, given_loop, guard)
     command = min(max(output.torque, -machine.torque_limit), machine.torque_limit)
-    unit = grown_unit(parameters, state, abs(output.torque - fed.known - fed_gain * observer.gain * observer.torque))
+    unit = grown_unit(parameters, state, abs(command - fed.known - fed_gain * observer.gain * observer.torque))
     return Output(command, output.feedforward), state._replace(
         feedback=feedback,
         friction=fed.friction,
@@ -209,7 +208,6 @@ def step_adaptive(parameters: AdaptiveParameters, state: AdaptiveState, inputs: 
         observer=observer,
         watch=next_watch(state.watch, learnt.innovation, given, tuning.short_memory),
         unit=unit,
-        handed=handed,
         filtered=period.filtered,
         error=period.error if period.measured else state.error,
         last_reference=inputs.reference,
@@ -230,20 +228,18 @@ def step_adaptive(parameters: AdaptiveParameters, state: AdaptiveState, inputs: 
 
 def pass_torque(
     state: AdaptiveState, fed: Fed, observer: Observer, torque: float, gain: float, fed_gain: float
-) -> tuple[Observer, float]:
-    """Return the observer after the sample, and the torque that passes from the integral to what is fed, N m.
+) -> tuple[Observer, float, float]:
+    """Return the observer after the sample, the torque that passes from the integral to what is fed, and its part, N m.
 
     What new estimates feed they take from the observer, and where that is off from the integral; so does friction that
     is held at standstill, and a gain that opens.
     """
     old, change = observer.gain, fed.change
     torque -= change
-    shifted = observer.shifted + change
     passed = fed.standing + (1.0 - old) * change + (gain - old) * torque
-    handed = observer.handed + fed_gain * ((gain - old) * torque - old * change)
-    handed += (fed_gain - state.fed_gain) * gain * torque
+    own = fed_gain * ((gain - old) * torque - old * change) + (fed_gain - state.fed_gain) * gain * torque
     passed = fed_gain * passed + (fed_gain - state.fed_gain) * (fed.torque + gain * torque - passed)
-    return Observer(torque, gain, observer.error, observer.product, observer.brought, handed, shifted), passed
+    return Observer(torque, gain, observer.error, observer.product, observer.brought), passed, own
 
 
 def write_monitors(parameters: AdaptiveParameters, state: AdaptiveState, row: NDArray[np.float64]) -> None:

@@ -84,6 +84,7 @@ def advance_response(
     return float(states[place, MEASURED])
 
 
-def put_in(response: Response, place: int, torque: float) -> None:
-    """Put in a torque (N m) for the coming period, beside the feedback's."""
-    response.torques[0, place] += torque
+def put_in(response: Response, place: int, torque: float, passed: float = 0.0) -> None:
+    """Put in a torque (N m) for the coming period, beside the feedback's, whose integral has passed some on."""
+    response.states[place, INTEGRAL] += passed
+    response.torques[0, place] += torque - passed
