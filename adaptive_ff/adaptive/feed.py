@@ -87,7 +87,7 @@ def at_standstill(
     if static <= 0.0:
         return state.friction, steady, state.held, 0.0
     before = state.held
-    if not state.rested:
+    if state.rested == 0.0:
         apart = 2.0 * distance_apart(0.0, state.foreseen, speed_level(parameters, state, parameters.tuning.standing))
         before += apart * (state.sliding - before)
         for i in range(LAGS):

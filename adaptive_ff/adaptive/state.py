@@ -191,8 +191,8 @@ class AdaptiveState(NamedTuple):
         Torque that the integral holds in the mean, N m.
     held, sliding : float
         Friction that stays at standstill, bent over paths or held there, and all friction along the reference, N m.
-    rested : bool
-        Whether the reference rested.
+    rested : float
+        Time for which the reference has rested, s.
     modelled : tuple of float
         Known torque and feedforward, N m, the newest first.
     enabled, feedforward_enabled : bool
@@ -229,7 +229,7 @@ class AdaptiveState(NamedTuple):
     steady: float
     held: float
     sliding: float
-    rested: bool
+    rested: float
     modelled: tuple[float, ...]
     enabled: bool
     feedforward_enabled: bool
@@ -273,7 +273,7 @@ def initial_adaptive_state(parameters: AdaptiveParameters) -> AdaptiveState:
         steady=0.0,
         held=0.0,
         sliding=0.0,
-        rested=False,
+        rested=0.0,
         modelled=delay_line(pi.delay),
         enabled=True,
         feedforward_enabled=True,

@@ -108,7 +108,7 @@ def end_period(parameters: AdaptiveParameters, state: AdaptiveState, inputs: Inp
 
 def learn_from(parameters: AdaptiveParameters, state: AdaptiveState, inputs: Inputs, period: Period) -> Learnt:
     """Advance the responses, the gate and, after each interval, the estimates."""
-    pi, machine, duration, count = parameters.feedback, parameters.machine, inputs.dt, state.psi.size
+    pi, machine, tuning, duration, count = parameters.feedback, parameters.machine, parameters.tuning, inputs.dt, state.psi.size
     observer, noise, interval, weight, innovation = state.observer, state.noise, state.interval, state.weight, 0.0
     if state.feedback.samples == 0:
         return Learnt(observer, noise, interval, weight, innovation)
@@ -136,7 +136,7 @@ def learn_from(parameters: AdaptiveParameters, state: AdaptiveState, inputs: Inp
             noise = next_noise(noise, parameters.tuning, interval.error / interval.samples, interval.duration)
         for i in range(count):
             state.sums[i] /= interval.samples
-        if state.enabled:
+        if state.enabled and state.rested * pi.integral <= pi.proportional:
             weight, innovation = learn_in_place(parameters, state, noise, interval, inputs.reference != 0.0, measured)
         for i in range(count):
             state.sums[i] = 0.0
@@ -220,7 +220,7 @@ def step_adaptive(parameters: AdaptiveParameters, state: AdaptiveState, inputs: 
         steady=fed.steady,
         held=fed.held,
         sliding=fed.sliding,
-        rested=rests,
+        rested=state.rested + duration if rests else 0.0,
         modelled=remember(state.modelled, fed.known + fed_gain * (fed.torque + fed.kept)),
         fed_gain=fed_gain,
     )
