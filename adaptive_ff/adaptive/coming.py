@@ -5,6 +5,20 @@ import math
 from controllers import Inputs, acts_on_plan, delayed
 
 
+def without_rounding(inputs: Inputs, least: float) -> Inputs:
+    """Return the inputs with references below a speed (rad/s) at zero: a plan's rounding errors are no motion."""
+    return inputs._replace(
+        reference=_or_zero(inputs.reference, least),
+        next_reference=_or_zero(inputs.next_reference, least),
+        acting_reference=_or_zero(inputs.acting_reference, least),
+        next_acting_reference=_or_zero(inputs.next_acting_reference, least),
+    )
+
+
+def _or_zero(value: float, least: float) -> float:
+    return 0.0 if abs(value) < least else value
+
+
 def limited_mean(commands: tuple[float, ...], delay: float, limit: float) -> float:
     """Return the mean torque (N m) over the period that ends of a late drive that cuts off commands at a limit."""
     whole = float(int(delay))

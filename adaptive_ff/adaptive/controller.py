@@ -88,7 +88,7 @@ class AdaptiveController(IdentifyingController):
         Known periods of a torque over position, such as cogging of a motor, rad of the joint.
     model : TorqueModel or mapping, optional
         First estimate, from a data sheet, an identification, or the ``estimates`` of another controller, fed forward
-        from the first sample. A mapping may hold gravity as well.
+        from the first sample; its offset the integral begins with. A mapping may hold gravity as well.
     deviation : float or mapping, optional
         How sure that is: standard deviation as a fraction of each value, or in its unit for each name;
         :class:`Tuning` has the default.
@@ -207,12 +207,15 @@ class AdaptiveController(IdentifyingController):
             observer_pole=min(observer_pole(observer_bandwidth, tuning), slowed(1.0 / response, delay * period)),
             span=max(1, int(tuning.span * response / period)),
             friction_share=checked_fraction(friction_share),
+            offset=0.0,
         )
         prior = default_prior(hypothesis, tuning, float(proportional), float(inertia), float(stribeck_velocity))
         unit = float(proportional * stribeck_velocity)
         sure = tuning.model_deviation if deviation is None else deviation
         prior = prior_with(prior, hypothesis, tuning, names, model, sure, unit, stribeck_shape)
-        coulomb = 0.0 if model is None else float(dict(_items(model)).get("coulomb", 0.0))
+        known = {} if model is None else dict(_items(model))
+        coulomb = float(known.get("coulomb", 0.0))
+        machine = machine._replace(offset=float(known.get("offset", 0.0)) if "offset" in names else 0.0)
         spread = tuning.map_deviation if map_deviation is None else map_deviation
         prior = with_map(prior, hypothesis, tuning, position_map, spread, coulomb)
         self.estimate_names = (*names, *FOUND)

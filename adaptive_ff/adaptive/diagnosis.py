@@ -41,6 +41,7 @@ class Code(StrEnum):
     NO_POSITION = "no_position"
     TORQUE_UNKNOWN = "torque_unknown"
     PLAN_UNKNOWN = "plan_unknown"
+    NO_INTEGRAL = "no_integral"
     MEASUREMENTS_LOST = "measurements_lost"
     INPUTS_IMPLAUSIBLE = "inputs_implausible"
     INNOVATIONS_COLOURED = "innovations_coloured"
@@ -55,6 +56,7 @@ WARNINGS = frozenset(
     {
         Code.TORQUE_UNKNOWN,
         Code.PLAN_UNKNOWN,
+        Code.NO_INTEGRAL,
         Code.MEASUREMENTS_LOST,
         Code.INPUTS_IMPLAUSIBLE,
         Code.INNOVATIONS_COLOURED,
@@ -217,6 +219,8 @@ def _given(controller: IdentifyingController, running: float) -> Iterator[Findin
         yield Finding(Code.TORQUE_UNKNOWN)
     if running > 0.0 and not watch.plan_known:
         yield Finding(Code.PLAN_UNKNOWN)
+    if controller.parameters.feedback.integral == 0.0:
+        yield Finding(Code.NO_INTEGRAL)
     if controller.rejected:
         lost = {"lost": float(controller.rejected), "samples": float(controller.state.feedback.samples)}
         yield Finding(Code.MEASUREMENTS_LOST, values=lost)

@@ -43,6 +43,8 @@ class Machine(NamedTuple):
         Samples that are learnt from at once.
     friction_share : float
         What of the friction is fed, from 0 to 1.
+    offset : float
+        Torque that the integral begins with, N m.
     """
 
     inertia: float
@@ -56,6 +58,7 @@ class Machine(NamedTuple):
     observer_pole: float
     span: int
     friction_share: float
+    offset: float
 
 
 class AdaptiveParameters(NamedTuple):
@@ -239,13 +242,14 @@ class AdaptiveState(NamedTuple):
 def initial_adaptive_state(parameters: AdaptiveParameters) -> AdaptiveState:
     """Return the state of a controller at rest that knows its prior."""
     count, unit, pi = column_count(parameters.hypothesis), parameters.machine.first_unit, parameters.feedback
+    offset = parameters.machine.offset
     believed = (parameters.tuning.believed * np.exp(parameters.prior.mean[-1])) ** 2
     units = np.where(parameters.prior.scaled, unit, 1.0)
     mean = np.concatenate([np.zeros(LOOP), parameters.prior.mean * units])
     covariance = np.zeros((mean.size, mean.size))
     covariance[LOOP:, LOOP:] = unpacked(parameters.prior.covariance) * np.outer(units, units)
     return AdaptiveState(
-        feedback=initial_pi_state(pi),
+        feedback=initial_pi_state(pi)._replace(integral=offset),
         friction=initial_friction_state(parameters.hypothesis),
         response=initial_response(count + RESPONSES, pi.delay),
         estimate=Estimate(mean, packed(covariance)),
@@ -270,7 +274,7 @@ def initial_adaptive_state(parameters: AdaptiveParameters) -> AdaptiveState:
         position=0.0,
         placed=False,
         measured=False,
-        steady=0.0,
+        steady=offset,
         held=0.0,
         sliding=0.0,
         rested=0.0,

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from adaptive_ff.adaptive.coming import coming_reference, following_reference, limited_mean
+from adaptive_ff.adaptive.coming import coming_reference, following_reference, limited_mean, without_rounding
 from adaptive_ff.adaptive.feed import Fed, feed_in_place, next_gain
 from adaptive_ff.adaptive.learn import (
     begin_in_place,
@@ -40,6 +40,8 @@ from controllers import (
     STEPS,
     Inputs,
     Output,
+    PIParameters,
+    acts_on_plan,
     feed_back,
     hand_over,
     plausible_inputs,
@@ -101,14 +103,14 @@ def end_period(parameters: AdaptiveParameters, state: AdaptiveState, inputs: Inp
     error = filtered + inputs.correction - inputs.velocity if measured else 0.0
     asked = asked_torque(parameters.feedback, state.feedback)
     cut = inputs.realised_torque - asked if not first and math.isfinite(inputs.realised_torque) else 0.0
-    leap = 0.0 if first else follows * (inputs.reference - state.foreseen)
+    leap = 0.0 if first or acts_on_plan(inputs) else follows * (inputs.reference - state.foreseen)
     level = speed_level(parameters, state, parameters.tuning.standing)
     return Period(filtered, error, asked + cut, cut, leap, measured, level)
 
 
 def learn_from(parameters: AdaptiveParameters, state: AdaptiveState, inputs: Inputs, period: Period) -> Learnt:
     """Advance the responses, the gate and, after each interval, the estimates."""
-    pi, machine, tuning, duration, count = parameters.feedback, parameters.machine, parameters.tuning, inputs.dt, state.psi.size
+    pi, machine, duration, count = parameters.feedback, parameters.machine, inputs.dt, state.psi.size
     observer, noise, interval, weight, innovation = state.observer, state.noise, state.interval, state.weight, 0.0
     if state.feedback.samples == 0:
         return Learnt(observer, noise, interval, weight, innovation)
@@ -167,6 +169,7 @@ def step_adaptive(parameters: AdaptiveParameters, state: AdaptiveState, inputs: 
     inputs, guard = plausible_inputs(parameters.feedback, state.feedback, inputs)
     pi, machine, tuning = parameters.feedback, parameters.machine, parameters.tuning
     samples, duration = state.feedback.samples, inputs.dt
+    inputs = without_rounding(inputs, tuning.resting * math.exp(parameters.prior.mean[parameters.prior.mean.size - 1]))
     given = inputs
     if samples == 0:
         begin_in_place(parameters, state)
@@ -187,7 +190,7 @@ def step_adaptive(parameters: AdaptiveParameters, state: AdaptiveState, inputs: 
     fades = math.exp(-duration / tuning.short_memory) if inputs.reference != 0.0 else 1.0
     peak = max(abs(inputs.reference), state.peak * fades)
     fed_gain = next_gain(parameters, state, peak, fed.largest, duration)
-    observer, passed, of_observer = pass_torque(state, fed, learnt.observer, torque, gain, fed_gain)
+    observer, passed, of_observer = pass_torque(pi, state, fed, learnt.observer, torque, gain, fed_gain)
     feedback = hand_over(pi, state.feedback, passed)
     unwound = unwound_integral(pi, feedback, inputs) - feedback.integral
     total = fed_gain * (fed.torque + observer.gain * observer.torque)
@@ -198,7 +201,7 @@ def step_adaptive(parameters: AdaptiveParameters, state: AdaptiveState, inputs: 
     given_loop = with_reference(with_feedforward(inputs, fed.known + total - inputs.feedforward), period.filtered)
     output, feedback = feed_back(pi, feedback, given_loop, guard)
     command = min(max(output.torque, -machine.torque_limit), machine.torque_limit)
-    unit = grown_unit(parameters, state, abs(command - fed.known - fed_gain * observer.gain * observer.torque))
+    unit = grown_unit(parameters, state, abs(output.torque - fed.known - fed_gain * observer.gain * observer.torque))
     return Output(command, output.feedforward), state._replace(
         feedback=feedback,
         friction=fed.friction,
@@ -227,7 +230,7 @@ def step_adaptive(parameters: AdaptiveParameters, state: AdaptiveState, inputs: 
 
 
 def pass_torque(
-    state: AdaptiveState, fed: Fed, observer: Observer, torque: float, gain: float, fed_gain: float
+    pi: PIParameters, state: AdaptiveState, fed: Fed, observer: Observer, torque: float, gain: float, fed_gain: float
 ) -> tuple[Observer, float, float]:
     """Return the observer after the sample, the torque that passes from the integral to what is fed, and its part, N m.
 
@@ -239,6 +242,8 @@ def pass_torque(
     passed = fed.standing + (1.0 - old) * change + (gain - old) * torque
     own = fed_gain * ((gain - old) * torque - old * change) + (fed_gain - state.fed_gain) * gain * torque
     passed = fed_gain * passed + (fed_gain - state.fed_gain) * (fed.torque + gain * torque - passed)
+    if pi.integral <= 0.0:
+        passed, own = 0.0, 0.0
     return Observer(torque, gain, observer.error, observer.product, observer.brought), passed, own
 
 

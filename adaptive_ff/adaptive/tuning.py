@@ -63,6 +63,8 @@ class Tuning(NamedTuple):
         Speed beyond zero at which friction turns, in changes of velocity that friction makes in a period.
     slow : float
         Peak of the reference over ``F/Kp`` below which a loop is left alone; from twice as much on it is not.
+    resting : float
+        Speed below which a reference rests, in Stribeck velocities.
     moving : float
         Speed above which a joint moves though its reference rests, in standard deviations of the noise.
     believed : float
@@ -110,6 +112,7 @@ class Tuning(NamedTuple):
     least_deviation: float = 0.01
     hold: float = 0.018
     slow: float = 0.05
+    resting: float = 1e-6
     moving: float = 20.0
     believed: float = 0.05
     explained: float = 0.5

@@ -23,6 +23,7 @@ SENTENCES = {
         "learnt as friction."
     ),
     Code.PLAN_UNKNOWN: "next_reference is never given: reversals are found from the past, a period late.",
+    Code.NO_INTEGRAL: "the integral gain is zero: the torque jumps where estimates change, and no offset is known.",
     Code.MEASUREMENTS_LOST: "{lost:g} measurements of {samples:g} were not finite and skipped.",
     Code.INPUTS_IMPLAUSIBLE: "at {samples:g} samples an input was not plausible and was not used.",
     Code.INNOVATIONS_COLOURED: (

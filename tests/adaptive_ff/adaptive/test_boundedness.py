@@ -129,7 +129,7 @@ def test_hours_without_excitation_neither_wind_up_nor_blow_up():
 def test_a_state_of_an_older_version_is_refused_and_the_version_named():
     controller = make("adaptive", SCENARIO)
     older = json.loads(controller.state_to_json()) | {"version": 2}
-    with pytest.raises(ValueError, match=r"^version of the state = 2 is not allowed: it must be 8$"):
+    with pytest.raises(ValueError, match=r"^version of the state = 2 is not allowed: it must be 9$"):
         controller.state_from_json(json.dumps(older))
 
 

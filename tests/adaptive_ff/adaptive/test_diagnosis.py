@@ -9,10 +9,11 @@ import pytest
 from closed_loops import SCENARIO, build_setup, drive, make, setup_along
 from exports import adaptive
 
-from adaptive_ff import PER_DIRECTION, simulate
+from adaptive_ff import PER_DIRECTION, AdaptiveController, simulate
 from adaptive_ff.adaptive.diagnosis import WARNINGS, Code
 from adaptive_ff.learning.kalman import LOOP
 from adaptive_ff.report.diagnosis import SENTENCES, sentence, sentences
+from controllers import pi_gains
 from controllers.arrays import packed
 
 
@@ -57,13 +58,15 @@ def test_a_new_controller_knows_nothing():
         ({"torque_limit": 400.0}, {}, {Code.PLAN_UNKNOWN}),
         ({"torque_limit": None}, {"realised_torque": 1.0}, {Code.PLAN_UNKNOWN}),
         ({"torque_limit": 400.0}, {"next_reference": 0.1}, set()),
+        ({"torque_limit": 400.0, "integral": 0.0}, {"next_reference": 0.1}, {Code.NO_INTEGRAL}),
     ],
 )
 def test_it_asks_for_what_is_the_users_to_give(options, given, codes):
-    controller = adaptive(**options)
+    gains = dict(zip(("proportional", "integral"), pi_gains(20.0, 10.0), strict=True))
+    controller = AdaptiveController(**{**gains, "period": 0.01, "inertia": 20.0, "stribeck_velocity": 0.05, **options})
     for _ in range(10):
         controller.step(0.1, 0.1, **given)
-    assert controller.diagnose().codes & {Code.TORQUE_UNKNOWN, Code.PLAN_UNKNOWN} == codes
+    assert controller.diagnose().codes & {Code.TORQUE_UNKNOWN, Code.PLAN_UNKNOWN, Code.NO_INTEGRAL} == codes
 
 
 def test_it_counts_what_it_skipped():

@@ -28,7 +28,7 @@ def test_a_model_is_what_is_estimated_first_as_surely_as_is_said(parameters, opt
     model = {name: 30.0 + place for place, name in enumerate(names)} | {"coulomb": 60.0, "stiction": 90.0}
     model |= {"viscous": 80.0, "friction_lag": 0.04, "stribeck_velocity": 0.1, "presliding": min(presliding, PATH[4])}
     first = adaptive(parameters, model=model | {"presliding": presliding, "offset": 5.0}, deviation=0.1, **options)
-    assert first.estimates == pytest.approx(dict.fromkeys(every, 0.0) | model)
+    assert first.estimates == pytest.approx(dict.fromkeys(every, 0.0) | model | {"offset": 5.0})
     spread = {name: 0.1 * model[name] for name in names} | {"stiction": math.hypot(6.0, 9.0)}
     assert {name: first.uncertainties[name] for name in names} == pytest.approx(spread)
     each = {name: 150.0 + place for place, name in enumerate(names)} | {"friction_lag": 1e-9, "viscous": 1e-9}

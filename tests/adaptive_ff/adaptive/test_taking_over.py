@@ -179,6 +179,55 @@ def test_a_first_model_is_fed_from_the_first_sample_and_corrected():
     assert abs(errors["stubborn"][1] - 60.0) > 2.0 * abs(errors["wrong"][1] - 60.0)
 
 
+def rest(controller, joint, seconds, reference=0.0):
+    """Let a joint stand for a time (s); return the torques."""
+    torques = []
+    for noise in NOISE * np.random.default_rng(102).standard_normal(round(seconds / PERIOD)):
+        torques.append(controller.step(reference, joint.state.velocity + noise, next_reference=reference))
+        joint.step(torques[-1], PERIOD)
+    return np.array(torques)
+
+
+def test_after_a_long_rest_it_knows_what_it_knew():
+    controller, joint = make(), reference_joint()
+    drive(controller, joint, 0.0, 30.0)
+    rest(controller, joint, 1.0)
+    before = learnt(controller)
+    rest(controller, joint, 100.0)
+    assert learnt(controller) == before
+    alone = rms(drive(PI(*GAINS, PERIOD), reference_joint(), 0.0, 5.0).error)
+    assert rms(drive(controller, joint, 0.0, 5.0).error) < 0.2 * alone
+
+
+def test_a_first_model_is_fed_after_a_rest_as_well_and_its_offset_at_once():
+    errors = {}
+    for name, seconds in (("at once", 0.0), ("after a rest", 2.0)):
+        controller, joint = make(model=TRUE), reference_joint()
+        rest(controller, joint, seconds)
+        errors[name] = rms(drive(controller, joint, 0.0, 2.0).error)
+    assert errors["after a rest"] < 1.2 * errors["at once"]
+    known = make(model={**TRUE._asdict(), "offset": 50.0})
+    assert known.step(0.0, 0.0, next_reference=0.0) == pytest.approx(50.0)
+    assert known.estimates["offset"] == pytest.approx(50.0)
+
+
+@pytest.mark.parametrize("reference", [1e-17, -1e-17])
+def test_rounding_errors_of_a_plan_are_a_rest(reference):
+    found, expected = (rest(make(model=TRUE), reference_joint(), 2.0, one) for one in (reference, 0.0))
+    assert np.array_equal(found, expected)
+
+
+def test_a_plan_for_when_the_torque_acts_serves_as_well_as_that_of_the_next_sample():
+    found = []
+    for now, following in (("reference", "next_reference"), ("acting_reference", "next_acting_reference")):
+        controller = make()
+        for time in PERIOD * np.arange(1000):
+            given = {"reference": plan(time), now: plan(time), following: plan(time + PERIOD)}
+            torque = controller.step(velocity=plan(time - 0.02), **given)
+        found.append((torque, *controller.estimates.values()))
+    assert found[0] == pytest.approx(found[1], rel=1e-9)
+
+
 @pytest.mark.parametrize("delay", [0.0, 1.5])
 def test_torque_limit_does_what_clipping_and_reporting_by_hand_does(delay):
     limit, joint = 90.0, reference_joint()
