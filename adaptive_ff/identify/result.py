@@ -229,7 +229,7 @@ class LogIdentification(Reported):
         for name in names:
             one = self.joint_parameters.get(REPORTED_AS.get(name, name))
             if one is not None:
-                half = max(one.upper - one.value, one.value - one.lower) * (1.0 if name == "friction_lag" else scale)
+                half = (one.upper - one.value) * (1.0 if name == "friction_lag" else scale)
                 deviation[name] = half / normal
         if "coulomb" in deviation:
             deviation.setdefault("stiction", deviation["coulomb"])

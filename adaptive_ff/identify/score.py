@@ -202,8 +202,8 @@ def _simulated(found: LogIdentification, log: Log, delay: float | None) -> dict[
     begun = position[np.arange(count) // rows * rows]
     with np.errstate(over="ignore"):
         errors = [math.sqrt(float(np.mean(one**2))) for one in (whole - position, windows - position, position - begun)]
-    pieces = len(prepared.segments)
-    said = [f"{log.name}: the longest of {pieces} segments is simulated, {time[-1]:.4g} s"] if pieces > 1 else []
+    number = len(prepared.segments)
+    said = [f"{log.name}: the longest of {number} segments is simulated, {time[-1]:.4g} s"] if number > 1 else []
     first = segment.start + segment.period * inner.start
     series = {"time": first + time, "measured": position, "simulated": whole, "cautions": said}
     return {**series, "rms": errors[0], "windows": errors[1], "moved": errors[2]}
