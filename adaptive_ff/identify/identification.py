@@ -122,6 +122,10 @@ def identify_log(
     )
 
 
+class OppositeSigns(InputError):
+    """Torque and motion of a log have opposite signs."""
+
+
 def _check_plausible(log: Log, data: Prepared, model: Model, left: float) -> None:
     """Refuse a torque that has nothing to do with the motion, and one of the wrong sign."""
     values = data.fit(model).solve(bounded=False)
@@ -131,7 +135,7 @@ def _check_plausible(log: Log, data: Prepared, model: Model, left: float) -> Non
     backward = (free["inertia"] < 0.0 and dissipated < 0.0) or (free["inertia"] <= 0.0 and free["coulomb"] < 0.0)
     unexplained = np.var(data.torque - data.columns(*model) @ values) / np.var(data.torque)
     if backward and unexplained < 1.0 - TUNING.explained:
-        raise InputError(
+        raise OppositeSigns(
             f"{log.name}: friction would drive the joint and inertia be negative: torque and motion have opposite "
             f"signs, or their columns are exchanged: {log.scaling('torque', '-1')}, or name the others"
         )

@@ -15,7 +15,7 @@ import scipy
 from adaptive_ff.errors import InputError, check_positive, sentence
 from adaptive_ff.friction.model import IDENTIFIED, unit_of
 from adaptive_ff.identify.columns import of_current
-from adaptive_ff.identify.identification import check_delay, identify_log
+from adaptive_ff.identify.identification import OppositeSigns, check_delay, identify_log
 from adaptive_ff.identify.motion import TUNING, Array, Rows
 from adaptive_ff.identify.preparation import Prepared, prepare
 from adaptive_ff.identify.regression import tolerance
@@ -321,6 +321,8 @@ def _fixed(
     half = log.part(slice(None, log.time.size // 2))
     try:
         found = identify_log(half, bandwidth=bandwidth, torque_delay=delay, linear=linear, is_current=is_current)
+    except OppositeSigns:
+        raise
     except InputError as error:
         return None, f"There is no fixed model: of the first half, {str(error).removeprefix(log.name + ': ')}."
     return found, f"The fixed model is that of identify, of the first half, in a band of {found.data.band:.3g} Hz."

@@ -124,7 +124,11 @@ def _with_a_loop(content: dict[str, Any]) -> dict[str, Any]:
     for cutoff in cutoffs:
         made = content if cutoff is None else {**content, "velocity": {**content["velocity"], "cutoff": cutoff}}
         scenario = Scenario.model_validate({**made, "duration": content["sampling"]["period"]})
-        for bandwidth in reversed(tried_bandwidths(scenario, LOOP_FRACTION)):
+        try:
+            tried = tried_bandwidths(scenario, LOOP_FRACTION)
+        except ValueError as wrong:
+            raise InputError(f"no loop suits this period, delay and velocity filter: {wrong}") from wrong
+        for bandwidth in reversed(tried):
             loop = loop_at(scenario, bandwidth)
             trembles = loop.noise_torque > TREMBLING * content["actuator"]["torque_limit"]
             error = math.hypot(loop.noise_velocity, loop.friction_velocity)

@@ -60,6 +60,6 @@ def motion_cautions(
         suggested = largest_peak(joint, limit, velocity, period)
         advice = f"a peak of {suggested:.3g} {speed} would suit it" if suggested > 0.0 else "friction needs most of it"
         yield (
-            f"the reference needs more than actuator.torque_limit = {limit:g} {torque} in {100.0 * often:.2g} % of the "
+            f"the reference needs more than actuator.torque_limit = {limit:g} {torque} in {100.0 * often:.0f} % of the "
             f"time, up to {float(np.max(needed)):.3g} {torque}; {advice}"
         )

@@ -67,6 +67,11 @@ def test_usage(refused, arguments, complaint, help_of):
         (["sweep", "--runs", "1e3"], "--runs = 1e3 is not allowed: it must be a valid integer"),
         (["tune", "--seeds", "101"], "--seeds = 101 is not allowed: it must be less than or equal to 100"),
         (["new", "--inertia", "abc"], "--inertia = 'abc' is not allowed: it must be a finite number"),
+        (
+            ["new", "--delay", "5"],
+            "no loop suits this period, delay and velocity filter: delay = 5000 is not allowed: it must be a whole "
+            "number of periods, from zero to 1000",
+        ),
         (["compare", "--tables", "html"], "--tables: 'html' is not one of 'text', 'markdown', 'csv'"),
     ],
 )

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from synthetic_logs import JOINT, make_log, sines_log
 
+from adaptive_ff.errors import InputError
 from adaptive_ff.logs.log import Log
 from adaptive_ff.replay.replay import replay_log
 
@@ -74,3 +75,9 @@ def test_torque_of_something_else_is_said():
     found = replay_log(Log("log", log.time, noise, position=log.position), inertia=2.0)
     assert any("More torque than without any feedforward is left by" in note for note in found.notes)
     assert found.fixed is None
+
+
+def test_torque_of_the_wrong_sign_is_refused_as_identify_refuses_it():
+    log = make_log(duration=20.0)
+    with pytest.raises(InputError, match="torque and motion have opposite signs"):
+        replay_log(Log("log", log.time, -log.torque, position=log.position), inertia=2.0)
