@@ -129,6 +129,8 @@ def _explained(error: Exception) -> str | None:
         return failure
     if type(error).__name__ == "LinAlgError":
         return f"numbers are too large, too small or too much alike to compute with ({error})"
+    if type(error).__name__ == "BrokenProcessPool":
+        return "a worker process ended: it was stopped, or there is too little memory for as many (--workers)"
     return None
 
 

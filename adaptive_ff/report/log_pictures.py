@@ -47,12 +47,12 @@ def plot_identification(found: LogIdentification, folder: str | Path | None = No
 def _torque(found: LogIdentification) -> Figure:
     rows, unit = found.data, found.units["torque"]
     gaps = np.diff(rows.time, prepend=rows.time[0]) > 3.0 * float(np.median(np.diff(rows.time)))
-    fitted = np.where(gaps, np.nan, found.fitted)
-    curves = [(rows.time, rows.torque, MEASURED), (rows.time, fitted, MODEL)]
+    measured, fitted = (np.where(gaps, np.nan, one) for one in (rows.torque, found.fitted))
+    curves = [(rows.time, measured, MEASURED), (rows.time, fitted, MODEL)]
     panels = [
         Panel(f"torque ({unit}) in a band of {rows.band:.3g} Hz, while sliding", curves),
         Panel(f"torque ({unit}), close-up", curves, span=_close_up(rows.time, rows.torque)),
-        Panel(f"residual ({unit})", [(rows.time, rows.torque - fitted, LEFT)]),
+        Panel(f"residual ({unit})", [(rows.time, measured - fitted, LEFT)]),
     ]
     return picture(panels, 7.0, source=found.name, shared=False)[0]
 

@@ -54,7 +54,7 @@ def parameters_table(found: LogIdentification) -> Table:
     for name in names:
         cells = [_half(model.parameters.get(name)) for model in models.values()]
         rows.append([NAMES.get(name, name.replace("_", " ")), *cells, unit_of(found.units, name)])
-    rows.append(["torque left", *(_percent(model.left) for model in models.values()), "of segments left out"])
+    rows.append(["torque left", *(_percent(model.left) for model in models.values()), "cross-validated"])
     title = f"{found.data.used} of {found.data.log.time.size} samples, band {found.data.band:.3g} Hz"
     return table(title, rows, {"": None, **dict.fromkeys(models, ("", 4)), "unit": None})
 

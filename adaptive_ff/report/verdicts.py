@@ -74,4 +74,7 @@ def parameters_line(
     first = f"Not identified: {', '.join(given)}" if given else "Identified parameters: all"
     widest = max(identified, key=lambda name: (deviations or {}).get(name) or 0.0)
     wide = (deviations or {}).get(widest)
-    return f"{first}." if wide is None else f"{first}; {widest} ± {shown(100.0 * DEVIATIONS * wide, 2)} %."
+    if wide is None:
+        return f"{first}."
+    spread = DEVIATIONS * wide
+    return f"{first}; {widest} {f'± {shown(100.0 * spread, 2)} %' if spread < 1.0 else 'is not told from zero'}."

@@ -5,6 +5,7 @@ import json
 import os
 import subprocess
 import sys
+from concurrent.futures.process import BrokenProcessPool
 from importlib.metadata import version
 from unittest.mock import patch
 
@@ -163,6 +164,8 @@ def test_numbers_without_a_solution_are_refused_and_a_defect_of_the_program_is_n
     with patch(compared, lambda *_, **__: np.linalg.inv(np.zeros((2, 2)))):
         line = refusal(*command)
     assert "numbers are too large, too small or too much alike to compute with (Singular matrix)" in line
+    with patch(compared, side_effect=BrokenProcessPool):
+        assert "a worker process ended" in refusal(*command)
     with patch(compared, lambda *_, **__: 1 + None), pytest.raises(TypeError):
         run_command_line(*command)
     assert not (tmp_path / "out").exists()
