@@ -78,7 +78,7 @@ class Noise(NamedTuple):
     Attributes
     ----------
     variance : float
-        Variance of a mean, (rad/s)^2; zero before it is known.
+        Variance of a mean, (rad/s)^2; at first that of a sample as it was given, zero where it was not.
     last, before : float
         The last two means, rad/s.
     means : int

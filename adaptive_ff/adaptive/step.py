@@ -232,7 +232,9 @@ def step_adaptive(parameters: AdaptiveParameters, state: AdaptiveState, inputs: 
 def pass_torque(
     pi: PIParameters, state: AdaptiveState, fed: Fed, observer: Observer, torque: float, gain: float, fed_gain: float
 ) -> tuple[Observer, float, float]:
-    """Return the observer after the sample, the torque that passes from the integral to what is fed, and its part, N m.
+    """Return the observer after the sample, the torque that the integral passes on, and the observer's part of that.
+
+    Both torques are in N m, and zero of a loop without an integral.
 
     What new estimates feed they take from the observer, and where that is off from the integral; so does friction that
     is held at standstill, and a gain that opens.
