@@ -5,26 +5,17 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+import plant
 from benchmarks.friction.laws import Fit, PreslidingRecord, force_along
-from plant import (
-    BacklashJoint,
-    BacklashState,
-    ElastoPlasticJoint,
-    JointModel,
-    LuGreJoint,
-    MaxwellJoint,
-    RollingJoint,
-    step_backlash,
-)
 
 FRICTION = {"inertia": 1e12, "coulomb": 60.0, "stiction": 60.0, "viscous": 0.0, "stribeck_velocity": 0.05}
 
 LAWS = {
-    "Coulomb, lag 20 ms": JointModel(**FRICTION, friction_lag=0.02),
-    "LuGre": LuGreJoint(**FRICTION, stiffness=1e5, damping=0.0),
-    "Maxwell slip": MaxwellJoint(**FRICTION, displacements=[3e-4, 1e-3, 2e-3, 4e-3]),
-    "rolling": RollingJoint(**FRICTION, rolling_range=4e-3),
-    "elasto-plastic": ElastoPlasticJoint(**FRICTION, presliding=4e-3),
+    "Coulomb, lag 20 ms": plant.JointModel(**FRICTION, friction_lag=0.02),
+    "LuGre": plant.LuGreJoint(**FRICTION, stiffness=1e5, damping=0.0),
+    "Maxwell slip": plant.MaxwellJoint(**FRICTION, displacements=[3e-4, 1e-3, 2e-3, 4e-3]),
+    "rolling": plant.RollingJoint(**FRICTION, rolling_range=4e-3),
+    "elasto-plastic": plant.ElastoPlasticJoint(**FRICTION, presliding=4e-3),
 }
 
 PERIOD = 1e-3
@@ -72,11 +63,11 @@ def draw(record: PreslidingRecord, fits: list[Fit]) -> Figure:
 def _draw_gear(axes: Axes) -> None:
     """Draw the torque of a gear with backlash and hysteresis over its twist."""
     fields = {**FRICTION, "link_share": 0.5, "link_stiffness": 2e4, "hysteresis": 15.0, "gap": 0.003}
-    joint = BacklashJoint(**fields, hysteresis_reach=5e-4).parameters
-    state, twists, torques = BacklashState(*7 * [0.0]), [], []
+    joint = plant.BacklashJoint(**fields, hysteresis_reach=5e-4).parameters
+    state, twists, torques = plant.BacklashState(*7 * [0.0]), [], []
     for twist in motion()[::20].tolist():
         speed = (twist - state.twist) / PERIOD
-        state = step_backlash(joint, state._replace(motor_velocity=speed, velocity=0.0), 0.0, PERIOD)
+        state = plant.step_backlash(joint, state._replace(motor_velocity=speed, velocity=0.0), 0.0, PERIOD)
         twists.append(1e3 * state.twist)
         torques.append(joint.link_stiffness * state.wind + state.hysteresis_torque)
     axes.plot(twists, torques, color=SIMULATED, linewidth=1.0)

@@ -7,17 +7,8 @@ import numpy as np
 import pytest
 from inertia_loops import GAINS, INERTIA, PERIOD, run_inertia
 
-from controllers import (
-    PI,
-    PositionLoop,
-    compiled,
-    delay_line,
-    delayed,
-    design_position_loop,
-    feed_back,
-    planned_inputs,
-    remember,
-)
+from controllers import PI, PositionLoop, compiled, design_position_loop, feed_back, planned_inputs
+from controllers.delay import delay_line, delayed, remember
 
 
 @pytest.mark.parametrize("gains", [GAINS, (GAINS[0], 0.0), (100.0, 3000.0)])

@@ -9,14 +9,6 @@ from filterpy.kalman import KalmanFilter
 from scipy.linalg import solve_discrete_are
 
 import controllers
-from controllers import (
-    VELOCITY_ESTIMATORS,
-    difference_velocity,
-    kalman_velocity,
-    kalman_velocity_gains,
-    low_pass_lag,
-    low_pass_velocity,
-)
 
 PERIOD = 0.001
 RESOLUTION = 2.0 * np.pi / 20_000
@@ -59,7 +51,7 @@ def encoder(position):
 
 
 def test_every_estimator_is_tested():
-    assert {type(block) for block in ESTIMATORS.values()} == set(VELOCITY_ESTIMATORS)
+    assert {type(block) for block in ESTIMATORS.values()} == set(controllers.VELOCITY_ESTIMATORS)
 
 
 @every
@@ -102,7 +94,7 @@ def test_lost_positions_are_passed_on_and_spoil_nothing(block, lost):
 def test_low_pass_answers_a_step_with_one_exponential_in_real_time(jitter):
     dt = PERIOD * (1.0 + jitter * np.random.default_rng(3).uniform(-1.0, 1.0, 200))
     position = np.concatenate([[0.0], 0.5 * np.cumsum(dt[1:])])
-    found, _ = estimate(low_pass_velocity(40.0, PERIOD), position, dt=dt)
+    found, _ = estimate(controllers.low_pass_velocity(40.0, PERIOD), position, dt=dt)
     time = np.concatenate([[0.0], np.cumsum(dt[1:])])
     assert found == pytest.approx(0.5 * -np.expm1(-2.0 * math.pi * 40.0 * time), abs=1e-12)
 
@@ -110,8 +102,8 @@ def test_low_pass_answers_a_step_with_one_exponential_in_real_time(jitter):
 @pytest.mark.parametrize("period", [0.01, 0.002, 0.0005])
 def test_lag_is_that_behind_a_joint_that_accelerates_evenly(period):
     time = period * np.arange(4000)
-    found, _ = estimate(low_pass_velocity(50.0, period), 0.5 * 3.0 * time**2, dt=np.full(time.size, period))
-    assert time[-1] - found[-1] / 3.0 == pytest.approx(low_pass_lag(50.0, period), rel=1e-7)
+    found, _ = estimate(controllers.low_pass_velocity(50.0, period), 0.5 * 3.0 * time**2, dt=np.full(time.size, period))
+    assert time[-1] - found[-1] / 3.0 == pytest.approx(controllers.low_pass_lag(50.0, period), rel=1e-7)
 
 
 def quantisation_noise(block, samples=200_000):
@@ -124,13 +116,13 @@ def quantisation_noise(block, samples=200_000):
 
 
 def test_noise_of_a_difference_is_the_resolution_over_the_period_and_the_root_of_six():
-    noise = quantisation_noise(difference_velocity(PERIOD))
+    noise = quantisation_noise(controllers.difference_velocity(PERIOD))
     assert np.std(noise) == pytest.approx(RESOLUTION / (PERIOD * math.sqrt(6.0)), rel=0.03)
 
 
 def test_low_pass_leaves_the_noise_that_its_pole_predicts():
     """White rounding errors through ``(1 - a)(1 - 1/z)/(1 - a/z)``: ``2 (1 - a)^2/(1 + a)`` of the variance of one."""
-    noise = quantisation_noise(low_pass_velocity(40.0, PERIOD))
+    noise = quantisation_noise(controllers.low_pass_velocity(40.0, PERIOD))
     kept = math.exp(-2.0 * math.pi * 40.0 * PERIOD)
     variance = RESOLUTION**2 / 12.0 / PERIOD**2 * 2.0 * (1.0 - kept) ** 2 / (1.0 + kept)
     assert np.std(noise) == pytest.approx(math.sqrt(variance), rel=0.03)
@@ -140,7 +132,7 @@ NOISE, WALK = 1e-4, 300.0
 
 
 def make_kalman(noise=NOISE, walk=WALK, period=PERIOD):
-    return kalman_velocity(*kalman_velocity_gains(noise, walk, period), period)
+    return controllers.kalman_velocity(*controllers.kalman_velocity_gains(noise, walk, period), period)
 
 
 def settled_filterpy(noise=NOISE, walk=WALK, period=PERIOD):

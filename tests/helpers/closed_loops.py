@@ -38,6 +38,8 @@ NAMES = (*SAMPLE, *ALONE)
 LEARNING = ("adaptive", "adaptive_paper", "canudas", "canudas_measured", "feedback_error", "lugre_gradient")
 """Those that identify, which can be switched off."""
 
+identifying = pytest.mark.parametrize("name", sampled(LEARNING, SAMPLE))
+
 LINE_UP = sampled(NAMES, SAMPLE)
 """Controllers as parameters of a test: the sample in every run, the others nightly."""
 

@@ -9,19 +9,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from closed_loops import (
-    LEARNING,
-    LINE_UP,
-    NAMES,
-    SAMPLE,
-    SCENARIO,
-    drive,
-    error_of,
-    make,
-    own_loop,
-    sampled,
-    setup_along,
-)
+from closed_loops import LEARNING, LINE_UP, NAMES, SCENARIO, drive, error_of, identifying, make, own_loop, setup_along
 from stepped_joint import leaves
 
 from adaptive_ff.comparison.registry import CONTROLLERS
@@ -33,7 +21,6 @@ SHORT = SCENARIO.modified(duration=6.0)
 EVERY = tuple(CONTROLLERS)  # before a test adds one
 
 controllers = pytest.mark.parametrize("name", LINE_UP)
-identifying = pytest.mark.parametrize("name", sampled(LEARNING, SAMPLE))
 
 
 def same(found, expected):
@@ -242,7 +229,7 @@ def test_after_an_hour_of_standstill_all_is_finite_and_learning_goes_on(name, no
     assert np.any(np.diff(after.estimates, axis=0)) == (name in LEARNING)
 
 
-@pytest.mark.parametrize("name", sampled(LEARNING, SAMPLE))
+@identifying
 def test_switched_off_it_keeps_its_estimates_and_feeds_them_forward(name):
     setup, controller = build_setup(SCENARIO), make(name)
     assert controller.enabled is True

@@ -11,18 +11,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
-from adaptive_ff.friction.feedforward import (
-    BENT_FADING,
-    FADING,
-    HELD,
-    TURNED,
-    FeedforwardState,
-    friction_along,
-    released,
-    resting_friction,
-    step_feedforward,
-    turning_speed,
-)
+from adaptive_ff.friction import feedforward
+from adaptive_ff.friction.feedforward import TURNED, FeedforwardState, friction_along, step_feedforward, turning_speed
 from adaptive_ff.friction.model import TorqueModel, directed_friction, model_friction, stribeck_power
 from adaptive_ff.scenario.truth import true_model
 from plant import Stribeck, sliding_friction
@@ -89,7 +79,7 @@ def test_stribeck_friction_is_integrated_with_second_order_in_the_change_of_the_
 @pytest.mark.parametrize("direction", [1.0, -1.0])
 def test_at_rest_a_share_of_coulomb_friction_is_held_and_the_rest_fades(lag, direction):
     model = MODEL._replace(friction_lag=lag)
-    held = HELD * model.coulomb
+    held = feedforward.HELD * model.coulomb
     assert step_feedforward(model, FeedforwardState(), plan_inputs(0.0, 0.0), PERIOD) == (
         0.0,
         (0.0, 0.0, True, 0.0, 0.0),
@@ -97,11 +87,11 @@ def test_at_rest_a_share_of_coulomb_friction_is_held_and_the_rest_fades(lag, dir
     begin = FeedforwardState(direction * (held + 12.0), 0.0, True)
     torque, state = step_feedforward(model, begin, plan_inputs(0.0, 0.0), PERIOD)
     decay = math.exp(-PERIOD / lag) if lag else 0.0
-    fading = held * PERIOD / FADING  # over a period, to first order
+    fading = held * PERIOD / feedforward.FADING  # over a period, to first order
     assert direction * state.friction == pytest.approx(held + 12.0 * decay, abs=1.1 * fading)
     assert direction * torque == pytest.approx(held + 12.0 * lag * (1.0 - decay) / PERIOD, abs=0.6 * fading)
     assert abs(torque) < held + 12.0 * lag * (1.0 - decay) / PERIOD
-    for _ in range(round(3.0 * FADING / PERIOD)):
+    for _ in range(round(3.0 * feedforward.FADING / PERIOD)):
         torque, state = step_feedforward(model, state, plan_inputs(0.0, 0.0), PERIOD)
     assert direction * torque == pytest.approx(held * math.exp(-3.0), rel=0.15)
     little, _ = step_feedforward(model, FeedforwardState(direction * 5.0, 0.0, True), plan_inputs(0.0, 0.0), PERIOD)
@@ -113,22 +103,22 @@ def test_at_rest_bent_bristles_hold_all_friction_for_longer():
     model = MODEL._replace(presliding=0.01, friction_lag=0.02)
     begin = model.coulomb + 12.0
     state = FeedforwardState(begin, 0.0, True, 1.0, 1.0)
-    for _ in range(round(BENT_FADING / PERIOD)):
+    for _ in range(round(feedforward.BENT_FADING / PERIOD)):
         torque, state = step_feedforward(model, state, plan_inputs(0.0, 0.0), PERIOD)
     assert state.friction == pytest.approx(begin * math.exp(-1.0), rel=1e-6)
-    assert torque == pytest.approx(state.friction, rel=PERIOD / BENT_FADING)
+    assert torque == pytest.approx(state.friction, rel=PERIOD / feedforward.BENT_FADING)
 
 
-@pytest.mark.parametrize(("presliding", "kept"), [(0.0, 0.25 * HELD * 60.0), (0.01, 0.25 * 90.0)])
+@pytest.mark.parametrize(("presliding", "kept"), [(0.0, 0.25 * feedforward.HELD * 60.0), (0.01, 0.25 * 90.0)])
 @pytest.mark.parametrize("lag", [0.0, 0.02])
 @pytest.mark.parametrize("friction", [-70.0, -5.0, 5.0, 70.0])
 def test_a_creeping_joint_releases_what_is_beyond_its_fraction(friction, lag, presliding, kept):
     model = MODEL._replace(coulomb=60.0, stiction=90.0, friction_lag=lag, presliding=presliding)
     state = FeedforwardState(friction, 0.1, True, 0.3, 0.4)
-    assert released(model, state, 1.0, PERIOD) == state
+    assert feedforward.released(model, state, 1.0, PERIOD) == state
     left = min(abs(friction), kept) + max(abs(friction) - kept, 0.0) * (math.exp(-PERIOD / lag) if lag else 0.0)
     expected = state._replace(friction=math.copysign(left, friction))
-    assert released(model, state, 0.25, PERIOD) == pytest.approx(expected, rel=1e-12)
+    assert feedforward.released(model, state, 0.25, PERIOD) == pytest.approx(expected, rel=1e-12)
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
@@ -138,7 +128,7 @@ def test_friction_of_the_other_direction_is_held_below_the_turning_speed(start, 
     assert turning_speed(MODEL._replace(coulomb=60.0, stiction=90.0), 20.0, 0.01) == pytest.approx(TURNED * 0.045)
     for model, friction in ((MODEL, -50.0), (MODEL, 50.0), (MODEL, 0.0), (MODEL._replace(presliding=0.01), -50.0)):
         part = (model, sign * friction, 0.0, 0.0, sign * start, sign * end, PERIOD)
-        at_rest = (*resting_friction(model, sign * friction, PERIOD), 0.0, 0.0)
+        at_rest = (*feedforward.resting_friction(model, sign * friction, PERIOD), 0.0, 0.0)
         held = model is MODEL and friction < 0.0 and max(start, end) < 0.02
         assert friction_along(*part, 0.02) == (at_rest if held else friction_along(*part))
         assert friction_along(*part) != at_rest

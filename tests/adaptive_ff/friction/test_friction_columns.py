@@ -7,16 +7,8 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
-from adaptive_ff.friction.columns import (
-    Curve,
-    Hypothesis,
-    column_count,
-    columns_along,
-    hold,
-    initial_friction_state,
-    is_friction,
-    write_columns,
-)
+from adaptive_ff.friction import columns as module
+from adaptive_ff.friction.columns import Curve, Hypothesis, column_count, hold, is_friction, write_columns
 
 PERIOD = 0.01
 CURVE = Curve(lag=0.02, stribeck_velocity=0.05, coulomb=60.0, stiction=90.0, viscous=80.0, hold=0.006)
@@ -68,7 +60,7 @@ def known_means(curve, periods, held):
 def test_every_column_is_the_mean_of_its_equation(sign):
     """Through rests, one with friction that is held, reversals, and creeping that does not turn friction."""
     held, periods = sign * 0.4, sign * PERIODS
-    state, psi, rows = initial_friction_state(EVERY), np.zeros(column_count(EVERY)), []
+    state, psi, rows = module.initial_friction_state(EVERY), np.zeros(column_count(EVERY)), []
     generator, count = np.random.default_rng(1), len(periods)
     position, load, regressors = generator.uniform(-3.0, 3.0, count), generator.normal(size=count), [0.3, -0.7]
     position[5] = math.nan
@@ -107,7 +99,7 @@ def named_columns(hypothesis):
     parts |= {"regressor": hypothesis.regressors, "lag": 1, "stribeck": 1}
     names = [f"{part} {number}" for part, size in parts.items() for number in range(size)]
     position = np.where(np.arange(MOTION.size - 1) == 4, math.nan, np.linspace(-1.0, 3.0, MOTION.size - 1))
-    columns = columns_along(hypothesis, CURVE, MOTION, PERIOD, position, np.cos(position))
+    columns = module.columns_along(hypothesis, CURVE, MOTION, PERIOD, position, np.cos(position))
     assert columns.shape == (position.size, column_count(hypothesis))
     other = ("inertia", "wave", "regressor", "lag", "stribeck")
     assert [is_friction(hypothesis, place) for place in range(len(names))] == [not n.startswith(other) for n in names]

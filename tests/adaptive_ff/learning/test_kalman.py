@@ -13,16 +13,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.optimize import lsq_linear
 
-from adaptive_ff.learning.kalman import (
-    LOOP,
-    Estimate,
-    Modes,
-    Prior,
-    constrain_in_place,
-    flow_in_place,
-    return_in_place,
-    update_in_place,
-)
+from adaptive_ff.learning import kalman
+from adaptive_ff.learning.kalman import LOOP, Estimate, Modes, Prior
 from adaptive_ff.learning.response import advance_response, initial_response, put_in
 from adaptive_ff.learning.rls import RLSState, update_rls_in_place
 from controllers import check_gains, pi_gains
@@ -53,7 +45,7 @@ def oracle(estimate, size=1):
 def updated(estimate, x, y, noise, clip=math.inf, modes=ONE):
     """Update with one measurement; the sensitivities hold at their own parameters."""
     lag, velocity = estimate.mean[-2], estimate.mean[-1]
-    return update_in_place(estimate, x, y, noise, modes, clip, lag, velocity, np.zeros(estimate.mean.size))
+    return kalman.update_in_place(estimate, x, y, noise, modes, clip, lag, velocity, np.zeros(estimate.mean.size))
 
 
 @given(seed=SEEDS)
@@ -66,7 +58,7 @@ def test_update_and_flow_are_those_of_a_kalman_filter(seed):
     move = np.eye(7)
     move[:2, :2] = [[1.0 - rate * proportional, -rate], [integral * (1.0 - rate * proportional), 1.0 - integral * rate]]
     other.predict(F=move, Q=np.diag([noise, *np.zeros(6)]))
-    flow_in_place(estimate, rate, proportional, integral, noise)
+    kalman.flow_in_place(estimate, rate, proportional, integral, noise)
     np.testing.assert_allclose(estimate.mean, other.x[:, 0], rtol=1e-9, atol=1e-12)
     np.testing.assert_allclose(unpacked(estimate.covariance), other.P, rtol=1e-9, atol=1e-12 * np.max(other.P))
     row = np.concatenate([[1.0, 0.0], x])
@@ -139,7 +131,7 @@ def test_the_bounds_are_met_by_the_projection_in_the_metric_of_the_information(s
         (np.concatenate([[-math.inf] * LOOP, lowest]), math.inf),
         tol=1e-12,
     )
-    constrain_in_place(estimate, prior, np.zeros(count))
+    kalman.constrain_in_place(estimate, prior, np.zeros(count))
     assert np.all(estimate.mean[LOOP:] >= lowest)
     np.testing.assert_allclose(estimate.mean, solution.x, atol=1e-3)  # after the sweeps of one update
 
@@ -151,7 +143,7 @@ def test_what_is_not_measured_returns_to_the_prior():
     known = np.where(scaled[:, np.newaxis] == scaled, spread(rng, 4), 0.0)
     prior = Prior(rng.standard_normal(4), packed(known), scaled, np.full(4, -math.inf), np.full(4, math.inf))
     for _ in range(2000):
-        return_in_place(estimate, prior, 10.0, 0.99)
+        kalman.return_in_place(estimate, prior, 10.0, 0.99)
     units = np.where(scaled, 10.0, 1.0)
     np.testing.assert_allclose(estimate.mean[LOOP:], prior.mean * units, rtol=1e-6)
     expected = unpacked(prior.covariance) * np.outer(units, units)

@@ -8,22 +8,14 @@ import pytest
 from inertia_loops import GAINS, INERTIA, OBSERVING, PERIOD, make_observing, run_inertia
 from scipy.signal import lfilter
 
+import controllers
 from adaptive_ff import load_scenario
 from adaptive_ff.comparison.registry import observer_bandwidth
-from controllers import (
-    PI,
-    DisturbanceObserver,
-    ExtendedState,
-    KalmanDisturbance,
-    difference_velocity,
-    kalman_velocity,
-    kalman_velocity_gains,
-    loop_margins_of,
-    loop_systems,
-    pi_gains,
-)
+from controllers import PI, DisturbanceObserver, ExtendedState, KalmanDisturbance, loop_margins_of, loop_systems
+from controllers.design.kalman_gains import kalman_velocity_gains
 from controllers.design.margins import loop_margins
 from controllers.design.observer_design import SLOWEST, disturbance_observer_compensation
+from controllers.design.pi_design import pi_gains
 from controllers.design.sampled_loop import SampledLoop, open_loop
 from controllers.design.velocity_filter import NO_FILTER, filter_of, noise_of_positions
 from controllers.velocity import VELOCITY_ESTIMATORS, direct_velocity, initial_velocity_state, low_pass_velocity
@@ -87,9 +79,9 @@ def test_loop_is_stable_up_to_its_gain_margin(loop, rest):
 
 
 ESTIMATORS = {
-    "difference": difference_velocity(PERIOD),
+    "difference": controllers.difference_velocity(PERIOD),
     "low-pass": low_pass_velocity(30.0, PERIOD),
-    "kalman": kalman_velocity(*kalman_velocity_gains(4.4e-4, 20.0, PERIOD), PERIOD),
+    "kalman": controllers.kalman_velocity(*kalman_velocity_gains(4.4e-4, 20.0, PERIOD), PERIOD),
 }
 
 
