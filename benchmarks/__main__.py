@@ -4,7 +4,7 @@ import fnmatch
 import os
 import sys
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 from rich.console import Console
@@ -65,15 +65,9 @@ def run(
                 if not cases:
                     raise InputError(f"--only = {only!r} matches no case of {name}")
                 chosen = [BASE, *(one for one in controllers.split(",") if one)] if controllers else suite.controllers
-                result = run_suite(
-                    suite,
-                    cases,
-                    list(dict.fromkeys(chosen)),
-                    named=named or None,
-                    workers=workers,
-                    executor=executor,
-                    progress=lambda fraction, task=task: bars.update(task, completed=fraction),
-                )
+                options: dict[str, Any] = {"named": named or None, "workers": workers, "executor": executor}
+                options["progress"] = lambda fraction, task=task: bars.update(task, completed=fraction)
+                result = run_suite(suite, cases, list(dict.fromkeys(chosen)), **options)
                 file = result.write(folder)
             except Exception as error:  # whatever it is, the other suites do not end for it
                 if len(names) == 1:
@@ -112,10 +106,9 @@ def compare(
             raise InputError(f"--suites: {name!r} has no result in {first if before is None else second}")
         suite = load_suite(name)
         chosen = controllers.split(",") if controllers else compared_controllers(before, after)
-        for line in summary_lines(suite, before, after, chosen):
-            table.add_row(*line)
-        for line in moved_lines(suite, before, after, chosen):
-            moved.add_row(*line)
+        for shown, lines in ((table, summary_lines), (moved, moved_lines)):
+            for line in lines(suite, before, after, chosen):
+                shown.add_row(*line)
     console = Console(width=None if sys.stdout.isatty() else WIDTH)
     console.print(table)
     if moved.row_count:

@@ -15,6 +15,7 @@ WORSE, WINDOW = 0.95, 1.2
 
 MOVED = 1.1  # factor by which the median of a row must change to be listed
 SUMMARISED = ("settled", "window", "start", "after")
+Pair = tuple[str, str, tuple[Columns, Columns]]  # name of a row, in- or outside the contract, figures of both results
 
 HEADINGS = ("suite", "contract", "controller", "cases", "settled", "ratio", "< 0.95", "window > 1.2", "start", "after")
 """Of :func:`summary_lines`; where a cell has two numbers, they are before and after."""
@@ -23,9 +24,7 @@ MOVED_HEADINGS = ("suite", "contract", "controller", "row", "figure", "before", 
 """Of :func:`moved_lines`."""
 
 
-def pairs(
-    suite: Suite, first: Result, second: Result, controller: str
-) -> Iterator[tuple[str, str, tuple[Columns, Columns]]]:
+def pairs(suite: Suite, first: Result, second: Result, controller: str) -> Iterator[Pair]:
     """Yield the rows that both results have of a controller: name, in- or outside the contract, figures of both.
 
     A figure has a value for each of the cases that both have.

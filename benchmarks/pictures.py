@@ -40,8 +40,7 @@ def draw_circle(friction: str = "coulomb", seed: int = 1) -> Figure:
             radial.plot(np.arange(beyond.size) / circle.RATE, beyond, **look)
         ideal = (target - circle.CENTRE)[-round(circle.LAP * circle.RATE) :]
         path.plot(1e3 * ideal.real, 1e3 * ideal.imag, **looks[0])
-        path.set_aspect("equal")
-        path.set_xlabel("forward (mm)")
+        path.set(aspect="equal", xlabel="forward (mm)")
         radial.set_xlabel("time (s)")
         label_above(path, f"path of the tip (mm), errors drawn {MAGNIFIED} times")
         label_above(radial, "distance from the circle (mm), first six laps")

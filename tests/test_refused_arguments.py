@@ -112,14 +112,8 @@ ACCEPTED = {
 }
 """Where what is not finite, or has no other sign, has a meaning of its own."""
 
-BEYOND = {
-    "maximum_sensitivity": (1.0, 0.5),
-    "confidence": (1.0, 95.0),
-    "held_out": (1.0,),
-    "delay": (10.5,),
-    "compensated": (1.1,),
-    "held": (1.1,),
-}
+BEYOND = {"maximum_sensitivity": (1.0, 0.5), "confidence": (1.0, 95.0), "held_out": (1.0,), "delay": (10.5,)}
+BEYOND |= {"compensated": (1.1,), "held": (1.1,)}
 """What lies beyond a limit of its own."""
 
 ELSEWHERE = {

@@ -89,13 +89,8 @@ def own_loop(controller, setup, *, limit=SCENARIO.actuator.torque_limit, load=0.
         measured = joint.state.velocity + setup.noise[k]
         if watch is not None:
             watch(k)
-        torque = controller.step(
-            setup.reference[first],
-            (lost or {}).get(k, measured),
-            next_reference=setup.reference[setup.samples[k + 1]],
-            realised_torque=realised,
-            feedforward=load,
-        )
+        given = {"next_reference": setup.reference[setup.samples[k + 1]], "realised_torque": realised}
+        torque = controller.step(setup.reference[first], (lost or {}).get(k, measured), feedforward=load, **given)
         assert math.isfinite(torque)
         realised = min(max(torque, -limit), limit)
         torques.append(realised)

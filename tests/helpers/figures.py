@@ -10,7 +10,7 @@ import warnings
 from pathlib import Path
 
 import numpy as np
-from part_figures import PARTS, numbers, rms
+from part_figures import CURVE, PARTS, numbers, rms
 from picture_figures import PICTURES
 
 from adaptive_ff import load_scenario, simulate
@@ -80,10 +80,9 @@ def recorded(kind, seconds=20.0, seed=101, **joint):
     return Log(f"{kind} {seed}", run.time, torque, position=position)
 
 
-JOINT = {"inertia": 20.0, "coulomb": 60.0, "stiction": 90.0, "viscous": 80.0, "stribeck_velocity": 0.05}
 LOGS = {
     "stribeck": ("stribeck", {}),
-    "lugre": ("lugre", {**JOINT, "stiffness": 2e4}),
+    "lugre": ("lugre", {**CURVE, "stiffness": 2e4}),
     "viscous": ("stribeck", {"stiction": 60.0, "viscous": 150.0, "friction_lag": 0.0}),
 }
 """Joints whose logs are identified, replayed and scored."""

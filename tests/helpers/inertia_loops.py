@@ -40,7 +40,6 @@ def run_inertia(
     disturbance=0.0,
     dt=PERIOD,
     delay=0,
-    limit=math.inf,
     tell=True,
     preview=True,
     inertia=INERTIA,
@@ -49,7 +48,7 @@ def run_inertia(
     """Velocity (as measured) and estimated disturbance, none without an observer, at each sample.
 
     ``load`` opposes the torque over the period that begins with a sample, ``known`` is what the controller knows of it;
-    ``disturbance`` is added to the measurement. The drive gives a command after ``delay`` periods, within a limit.
+    ``disturbance`` is added to the measurement. The drive gives a command after ``delay`` periods.
     """
     count = len(reference)
     load, known, disturbance, dt = (np.broadcast_to(series, count) for series in (load, known, disturbance, dt))
@@ -57,27 +56,19 @@ def run_inertia(
     measured, estimates = [], []
     for k in range(count):
         measured.append(velocity + disturbance[k])
-        torque = controller.step(
-            reference[k],
-            measured[-1],
-            next_reference=reference[k + 1] if preview and k + 1 < count else None,
-            realised_torque=realised if tell else None,
-            feedforward=known[k],
-            dt=before,
-        )
+        following = reference[k + 1] if preview and k + 1 < count else None
+        given = {"realised_torque": realised if tell else None, "feedforward": known[k], "dt": before}
+        late.append(controller.step(reference[k], measured[-1], next_reference=following, **given))
         estimates.append(getattr(controller, "disturbance", 0.0))
-        late.append(torque)
-        realised = min(max(late.pop(0), -limit), limit)
+        realised = late.pop(0)
         velocity += dt[k] / inertia * (realised - load[k])
         before = dt[k]
     return np.array(measured), np.array(estimates)
 
 
-def z_transform(period=PERIOD):
+def z_transform():
     """The variable ``z`` of python-control."""
-    z = control.tf("z")
-    z.dt = period
-    return z
+    return control.tf([1.0, 0.0], [1.0], PERIOD)
 
 
 def response(system, inputs):

@@ -38,17 +38,12 @@ from tests.test_refused_arguments import NUMBERS, call, each, of_kind
 
 CURVE = {"inertia": 20.0, "coulomb": 60.0, "stiction": 90.0, "viscous": 80.0, "stribeck_velocity": 0.05}
 TWO_SIDED = {"coulomb_backward": 50.0, "stiction_backward": 70.0, "viscous_backward": 95.0, "offset": 4.0}
+LINK = {"link_share": 0.6, "link_stiffness": 2e4, "link_damping": 30.0}
 KINDS = {
     "stribeck": (joints.JointModel, {"friction_lag": 0.02, "gravity": 30.0, "gravity_phase": 0.4}),
     "lugre": (joints.LuGreJoint, {"stiffness": 2e4, "damping": 100.0}),
-    "elastic": (
-        joints.ElasticJoint,
-        {"link_share": 0.6, "link_stiffness": 2e4, "link_damping": 30.0, "friction_lag": 0.01},
-    ),
-    "backlash": (
-        joints.BacklashJoint,
-        {"link_share": 0.6, "link_stiffness": 2e4, "link_damping": 30.0, "gap": 0.002, "hysteresis": 5.0},
-    ),
+    "elastic": (joints.ElasticJoint, {**LINK, "friction_lag": 0.01}),
+    "backlash": (joints.BacklashJoint, {**LINK, "gap": 0.002, "hysteresis": 5.0}),
     "maxwell": (joints.MaxwellJoint, {"displacements": [3e-4, 1e-3, 2e-3, 4e-3], "attraction": 5e3}),
     "rolling": (joints.RollingJoint, {"rolling_range": 0.002}),
     "elasto_plastic": (joints.ElastoPlasticJoint, {"presliding": 0.001, "friction_lag": 0.01}),
@@ -221,11 +216,8 @@ def design_figures():
     """Return gains and margins of loops, observers and cascades, behind estimators of velocity too, and refusals."""
     found = {}
     settled = controllers.kalman_velocity_gains(1e-4, 10.0, 0.001)
-    estimators = {
-        "": None,
-        "low-pass": controllers.low_pass_velocity(0.001, 60.0),
-        "kalman": controllers.kalman_velocity(*settled, 0.001),
-    }
+    estimators = {"": None, "low-pass": controllers.low_pass_velocity(0.001, 60.0)}
+    estimators["kalman"] = controllers.kalman_velocity(*settled, 0.001)
     for delay, names in ((0, ("", "low-pass")), (2, ("kalman",))):
         for name in names:
             velocity = estimators[name]
@@ -310,11 +302,8 @@ def curve_figures():
                     sign * speed, torque, error if count > 9 else None, confidence=confidence
                 )
             found[f"{name} {label} warns"] = " | ".join(NAMED.sub("#", str(one.message)) for one in said)
-            values = {
-                "scatter": fit.scatter,
-                "determined": int(fit.determined),
-                "curve": rms(fit.curve([-0.1, 0.0, 0.02])),
-            }
+            values = {"scatter": fit.scatter, "determined": int(fit.determined)}
+            values["curve"] = rms(fit.curve([-0.1, 0.0, 0.02]))
             found |= dict(numbers(tables(fit.estimates) | values, f"{name} {label}"))
     return found
 
@@ -394,10 +383,9 @@ def identified_figures(name):
     log = make()
     found = adaptive_ff.identify_log(log, **options)
     texts = {kind: words_of(found.simulator, kind, gear_ratio=3.0) for kind in ENDINGS}
-    texts |= {
-        "scenario": words_of(lambda: re.sub(r"_noise = \S+", "", scenario_text(found, "reference.csv")))
-    }  # roundings
-    texts |= {"reference": digest(plain(reference_columns(found)))}
+    without_noise = partial(re.sub, r"_noise = \S+", "")  # of which the digits are those of rounding
+    texts["scenario"] = words_of(lambda: without_noise(scenario_text(found, "reference.csv")))
+    texts["reference"] = digest(plain(reference_columns(found)))
     texts |= {f"first {one}": words_of(found.first_estimate, *one) for one in ((), (1.7,), (1.7, WITH_OFFSET))}
     texts["turned"] = words_of(found.simulator, "mjcf", gear_ratio=-3.0)
     texts |= {"verdict": " | ".join(verdict_lines(found)), "details": " | ".join(details(found))}
@@ -731,27 +719,11 @@ MADE = {
     **{f"adaptive with {name}": partial(adaptive, WITH_GRAVITY, **options) for name, options in OPTIONS.items()},
 }
 
-FIXED = partial(
-    adaptive_ff.AdaptiveController,
-    1024.0,  # its largest torque is a round number
-    8192.0,
-    0.01,
-    inertia=20.0,
-    stribeck_velocity=0.0625,
-    parameters=PER_DIRECTION,
-    delay=1.5,
-    velocity_lag=0.004,
-    torque_limit=math.inf,
-    tuning=Tuning(velocity_deviation=0.0),
-)
-SMALL = partial(
-    adaptive_ff.AdaptiveController,
-    *controllers.pi_gains(0.02, 10.0),
-    0.01,
-    inertia=0.02,
-    stribeck_velocity=0.05,
-    parameters=WITH_GRAVITY,
-)
+ROUNDED = {"inertia": 20.0, "stribeck_velocity": 0.0625, "parameters": PER_DIRECTION, "delay": 1.5}
+ROUNDED |= {"velocity_lag": 0.004, "torque_limit": math.inf, "tuning": Tuning(velocity_deviation=0.0)}
+FIXED = partial(adaptive_ff.AdaptiveController, 1024.0, 8192.0, 0.01, **ROUNDED)  # its largest torque is a round number
+LIGHT = {"inertia": 0.02, "stribeck_velocity": 0.05, "parameters": WITH_GRAVITY}
+SMALL = partial(adaptive_ff.AdaptiveController, *controllers.pi_gains(0.02, 10.0), 0.01, **LIGHT)
 RESTORED = {"directions": FIXED, "paper": MADE["adaptive_paper late"]}
 
 PARTS = {

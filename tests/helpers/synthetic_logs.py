@@ -31,7 +31,7 @@ def make_log(duration=30.0, period=0.002, noise=0.0, seed=101, asymmetry=0.0, as
     return Log("log", time, torque, velocity=velocity)
 
 
-def sines_log(further, *, noise=0.02, seconds=30, rate=500, as_position=True):
+def sines_log(further, *, seconds=30, rate=500):
     """A log of a joint of 0.5 kg m^2 and 0.5 N m s/rad along three sines, and its largest speed.
 
     ``further(position, velocity)`` is the torque beside, N m.
@@ -43,9 +43,8 @@ def sines_log(further, *, noise=0.02, seconds=30, rate=500, as_position=True):
     position, velocity = np.sin(angle) @ sizes, np.cos(angle) @ (sizes * rates)
     acceleration = -np.sin(angle) @ (sizes * rates**2)
     torque = 0.5 * acceleration + 0.5 * velocity + further(position, velocity)
-    torque += noise * np.random.default_rng(3).standard_normal(time.size)
-    log = Log("sines", time, torque, **({"position": position} if as_position else {"velocity": velocity}))
-    return log, float(np.max(np.abs(velocity)))
+    torque += 0.02 * np.random.default_rng(3).standard_normal(time.size)
+    return Log("sines", time, torque, position=position), float(np.max(np.abs(velocity)))
 
 
 def coloured(size, period, deviation, generator, time_constant=0.02):

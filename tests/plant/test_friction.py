@@ -203,21 +203,11 @@ def test_step_refuses_a_duration_that_is_no_whole_number_of_periods(duration):
     assert joint.state == before
 
 
-@pytest.mark.parametrize(
-    ("duration", "period", "expected"),
-    [
-        (0.001, 0.001, 1),
-        (0.3, 0.1, 3),  # 0.3/0.1 is 2.9999999999999996
-        (0.022, 0.001, 22),
-        (3600.0, 1e-4, 36_000_000),
-        (0.0005, 0.001, None),
-        (0.0014, 0.001, None),
-        (0.0, 0.001, None),
-        (-0.001, 0.001, None),
-        (1000.0004, 0.001, None),
-        (math.nan, 0.001, None),
-        (math.inf, 0.001, None),
-    ],
-)
+MULTIPLES = [(0.001, 0.001, 1), (0.022, 0.001, 22), (3600.0, 1e-4, 36_000_000)]
+MULTIPLES += [(0.3, 0.1, 3)]  # 0.3/0.1 is 2.9999999999999996
+OTHERS = (0.0005, 0.0014, 0.0, -0.001, 1000.0004, math.nan, math.inf)
+
+
+@pytest.mark.parametrize(("duration", "period", "expected"), [*MULTIPLES, *((one, 0.001, None) for one in OTHERS)])
 def test_whole_multiple(duration, period, expected):
     assert whole_multiple(duration, period) == expected

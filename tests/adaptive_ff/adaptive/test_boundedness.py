@@ -153,26 +153,17 @@ def torques(torque_unit, angle_unit, count=3000):
     """
     speed_unit = angle_unit  # a second is a second
     inertia = INERTIA * torque_unit / angle_unit
-    controller = AdaptiveController(
-        *pi_gains(inertia, 20.0),
-        PERIOD,
-        inertia=inertia,
-        stribeck_velocity=STRIBECK_VELOCITY * speed_unit,
-        torque_limit=20.0 * torque_unit,
-    )
+    known = {"stribeck_velocity": STRIBECK_VELOCITY * speed_unit, "torque_limit": 20.0 * torque_unit}
+    controller = AdaptiveController(*pi_gains(inertia, 20.0), PERIOD, inertia=inertia, **known)
     noise = np.random.default_rng(1).normal(0.0, 0.002, count)
     times = PERIOD * np.arange(count + 1)
     plan = PEAK * (np.sin(2.0 * times) + 0.4 * np.sin(5.1 * times))
     velocity, error, found = 0.0, 0.0, []
     for k in range(count):
         measured = math.nan if k % 1000 > 850 else (velocity + noise[k]) * speed_unit
-        torque = controller.step(
-            float(plan[k]) * speed_unit,
-            measured,
-            next_reference=float(plan[k + 1]) * speed_unit,
-            correction=5.0 * error * speed_unit,
-        )
-        found.append(torque / torque_unit)
+        now, following = (float(one) * speed_unit for one in plan[k : k + 2])
+        given = {"next_reference": following, "correction": 5.0 * error * speed_unit}
+        found.append(controller.step(now, measured, **given) / torque_unit)
         velocity = moved(velocity, found[-1] - 1.5)
         error += PERIOD * (plan[k] - velocity)
     return np.array(found)

@@ -209,15 +209,10 @@ def fail_halfway(path, *_):
     fail()
 
 
-@pytest.mark.parametrize(
-    ("owner", "name", "failure"),
-    [
-        (files, "write_csv", fail),
-        (files, "write_csv", fail_halfway),
-        (Comparison, "plot", fail),
-        (files, "write_json", fail_halfway),
-    ],
-)
+FULL = [(files, "write_csv", fail), (files, "write_csv", fail_halfway), (files, "write_json", fail_halfway)]
+
+
+@pytest.mark.parametrize(("owner", "name", "failure"), [*FULL, (Comparison, "plot", fail)])
 @pytest.mark.parametrize("out", ["out", "new/out"])
 def test_disk_that_is_full(scenario, refused, owner, name, failure, out):
     with patch.object(owner, name, failure):

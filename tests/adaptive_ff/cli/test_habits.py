@@ -105,18 +105,11 @@ def test_fixed_without_its_table_is_warned_of(tmp_path, without_pictures):
     ]
 
 
-@pytest.mark.parametrize(
-    ("values", "expected"),
-    [
-        ([0.0346], "mN m"),
-        ([346.0, 1.0, 999.0], "N m"),
-        ([12e3, 15e3], "N m"),
-        ([0.0, float("nan")], "N m"),
-        ([1e-30], "nN m"),
-        ([1000.0], "N m"),
-        ([1.0], "N m"),
-    ],
-)
+NEWTON_METRES = ([346.0, 1.0, 999.0], [12e3, 15e3], [0.0, float("nan")], [1000.0], [1.0])
+SMALLER = [([0.0346], "mN m"), ([1e-30], "nN m")]
+
+
+@pytest.mark.parametrize(("values", "expected"), [*SMALLER, *((values, "N m") for values in NEWTON_METRES)])
 def test_units_are_scaled_so_that_numbers_can_be_read(values, expected):
     factor, unit = scale_for(values, "N m")
     assert unit == expected

@@ -26,11 +26,6 @@ def model(form, source, scenario=SCENARIO):
     return fixed_model(scenario, true_model(scenario), form, source)
 
 
-def error_with(scenario, assumed):
-    loop = ModelBased(*scenario.feedback.gains, scenario.sampling.period, assumed)
-    return simulate(scenario, loop).metrics.rms_error_settled
-
-
 def test_every_form_comes_from_every_source_and_the_oracle_is_the_true_lagged_one():
     forms, sources = ("coulomb", "stribeck", "lagged"), ("nominal", "stale", "batch", "true")
     names = {f"{form}_{source}" for form in forms for source in sources}
@@ -42,7 +37,10 @@ def test_every_form_comes_from_every_source_and_the_oracle_is_the_true_lagged_on
 @pytest.mark.parametrize("scenario", [SCENARIO, FAST], ids=["100 Hz", "1 kHz"])
 def test_on_a_joint_with_lag_the_form_that_has_it_is_by_far_the_best(scenario):
     """And the Stribeck curve without lag is worse than a flat one: it jumps further where friction only follows."""
-    errors = {form: error_with(scenario, model(form, "true", scenario)) for form in ("coulomb", "stribeck", "lagged")}
+    errors, loop = {}, (*scenario.feedback.gains, scenario.sampling.period)
+    for form in ("coulomb", "stribeck", "lagged"):
+        run = simulate(scenario, ModelBased(*loop, model(form, "true", scenario)))
+        errors[form] = run.metrics.rms_error_settled
     assert errors["lagged"] < 0.4 * errors["coulomb"] < 0.4 * errors["stribeck"]
 
 

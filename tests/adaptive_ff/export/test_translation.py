@@ -19,9 +19,9 @@ from controllers.kernels.types import type_of
 from controllers.kernels.unit import Unit
 
 
-def translated(text, tmp_path, monkeypatch, *arguments, name="kernel", with_structs=False):
+def translated(text, tmp_path, monkeypatch, *arguments, with_structs=False):
     """Translate a function of a module with the given text; where asked for, after the structs that it needs."""
-    function = from_text(text, tmp_path, monkeypatch, name).py_func
+    function = from_text(text, tmp_path, monkeypatch).py_func
     unit = Unit(DOUBLE, "x", fixed=True)
     whole = unit.function(function, tuple(type_of(argument, sizes=True) for argument in arguments))
     parts = (*(unit.structs.values() if with_structs else [whole]), *unit.functions.values())

@@ -38,8 +38,8 @@ def pieces(start, end):
     return [(1.0, start, end)]
 
 
-def friction_by_runge_kutta(model, friction, start, end, between):
-    """Integral of the lagged friction over a period, and its value at the end; ``between`` gives F within a part."""
+def torque_by_runge_kutta(model, friction, start, end, between):
+    """Mean torque with the lagged friction over a period, and that at the end; ``between`` gives F within a part."""
     total = 0.0
     for share, first, last in pieces(start, end):
         duration = share * PERIOD
@@ -49,16 +49,11 @@ def friction_by_runge_kutta(model, friction, start, end, between):
 
         path = solve_ivp(slope, (0.0, duration), [0.0, friction], rtol=1e-11, atol=1e-12, max_step=duration / 20.0)
         total, friction = total + path.y[0, -1], path.y[1, -1]
-    return total, friction
+    return (model.inertia * (end - start) + total) / PERIOD, friction
 
 
 def true_between_the_ends(model, first, last, share):
     return static_friction(model, first + share * (last - first), first + last)
-
-
-def torque_by_runge_kutta(model, friction, start, end, between):
-    integral, friction = friction_by_runge_kutta(model, friction, start, end, between)
-    return (model.inertia * (end - start) + integral) / PERIOD, friction
 
 
 PIECES = [(0.1, 0.13), (-0.2, -0.19), (0.02, -0.03), (-0.004, 0.05), (0.0, 0.02), (0.02, 0.0), (0.1, 0.1)]
@@ -177,14 +172,8 @@ FORWARD = MODEL._replace(coulomb=70.0, stiction=105.0, viscous=95.0)
 BACKWARD = MODEL._replace(coulomb=50.0, stiction=60.0, viscous=60.0)
 LOAD = -25.0
 ENDS = {"": FORWARD, "_backward": BACKWARD}
-UNEQUAL = true_model(
-    SCENARIO.modified(
-        joint={
-            "offset": LOAD,
-            **{f"{name}{end}": getattr(one, name) for end, one in ENDS.items() for name in MODEL._fields[1:4]},
-        }
-    )
-)
+SIDES = {f"{name}{end}": getattr(one, name) for end, one in ENDS.items() for name in MODEL._fields[1:4]}
+UNEQUAL = true_model(SCENARIO.modified(joint={"offset": LOAD, **SIDES}))
 
 
 def unequal_friction(velocity, direction):

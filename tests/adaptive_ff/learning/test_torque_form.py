@@ -110,19 +110,14 @@ def advance(state, pole, start, end, duration):
     return after
 
 
-def exponential_of_the_filter_with_its_ramp(state, pole, start, end, duration):
-    """Value and derivative by ``scipy.linalg.expm``, the ramp being two further states: input and its rate."""
+@given(VALUES, VALUES, POLES, VALUES, VALUES, DURATIONS)
+def test_step_is_the_matrix_exponential_with_the_ramp_as_state(value, slope, pole, start, end, duration):
+    """The ramp is two further states: input and its rate."""
     system = np.zeros((4, 4))
     system[0, 1] = 1.0
     system[1] = -(pole**2), -2.0 * pole, pole**2, 0.0  # y'' = p^2 (u - y) - 2 p y'
     system[2, 3] = 1.0
-    rate = (end - start) / duration
-    return (expm(system * duration) @ [*state, start, rate])[:2]
-
-
-@given(VALUES, VALUES, POLES, VALUES, VALUES, DURATIONS)
-def test_step_is_the_matrix_exponential_with_the_ramp_as_state(value, slope, pole, start, end, duration):
-    expected = exponential_of_the_filter_with_its_ramp((value, slope), pole, start, end, duration)
+    expected = expm(system * duration) @ [value, slope, start, (end - start) / duration]
     after = advance((value, slope), pole, start, end, duration)
     assert after[0] == pytest.approx(expected[0], rel=1e-9, abs=1e-9)
     assert after[1] == pytest.approx(expected[1], rel=1e-9, abs=1e-9 * pole)

@@ -32,14 +32,11 @@ def test_stretch_without_numbers_is_skipped_and_the_rest_is_used(name, value):
     assert skipped == [Skipped(20, 25, "values that are no finite numbers")]
 
 
-@pytest.mark.parametrize(
-    ("shift", "what"),
-    [
-        (-0.2, "jumps back, from 0.29 s to 0.1 s"),
-        (0.1, "leaves a gap, from 0.29 s to 0.4 s"),
-        (-0.01, "stands still, from 0.29 s to 0.29 s"),
-    ],
-)
+SHIFTS = {-0.2: "jumps back, from 0.29 s to 0.1 s", 0.1: "leaves a gap, from 0.29 s to 0.4 s"}
+SHIFTS[-0.01] = "stands still, from 0.29 s to 0.29 s"
+
+
+@pytest.mark.parametrize(("shift", "what"), SHIFTS.items())
 def test_clock_that_jumps_or_stands_cuts_and_skips_nothing(shift, what):
     log = defective()
     log.time[30:] += shift

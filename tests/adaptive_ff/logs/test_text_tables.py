@@ -235,16 +235,11 @@ def test_unit_of_the_other_kind_of_axis_is_seen(kind, units):
     assert {column: one.name if one and not one.factor else None for column, one in found.items()} == units
 
 
-@pytest.mark.parametrize(
-    ("names", "found"),
-    [
-        (["Time", "t"], "Time"),
-        (["TIME", "time"], "time"),
-        (["stamp", "t"], "t"),
-        (["Timestamp", "position"], "Timestamp"),
-        (["T", "stamp"], None),
-    ],
-)
+USUAL = [(["Time", "t"], "Time"), (["TIME", "time"], "time"), (["stamp", "t"], "t"), (["T", "stamp"], None)]
+USUAL += [(["Timestamp", "position"], "Timestamp")]
+
+
+@pytest.mark.parametrize(("names", "found"), USUAL)
 def test_usual_names_may_be_written_with_capitals_where_they_are_words(tmp_path, names, found):
     path = written(tmp_path, ",".join(names) + "\n0.0,0.0\n")
     if found is not None:

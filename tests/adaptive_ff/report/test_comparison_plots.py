@@ -182,14 +182,8 @@ def test_drawing_an_hour_sampled_at_1_khz_takes_seconds():
     many = 225  # times 16 s
     grid = run.scenario.joint.solver_period * np.arange(many * 16_000 + 1)
     wide = {name: np.tile(getattr(run, name)[:-1], many) for name in ("reference", "velocity")}
-    long = replace(
-        run,
-        time=grid[:-1],
-        solver_time=grid,
-        torque=wide["velocity"],
-        feedforward=wide["reference"],
-        **{name: np.append(series, 0.0) for name, series in wide.items()},
-    )
+    series = {name: np.append(one, 0.0) for name, one in wide.items()} | {"time": grid[:-1], "solver_time": grid}
+    long = replace(run, torque=wide["velocity"], feedforward=wide["reference"], **series)
     begin = process_time()
     plot_comparison(Comparison(run.scenario, {"pi": long}))
     assert process_time() - begin < 10.0

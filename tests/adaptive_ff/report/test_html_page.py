@@ -138,14 +138,11 @@ def contents(file):
         return found
 
 
-@pytest.mark.parametrize(
-    ("command", "topics"),
-    [
-        ("compare", {"/pi", "/adaptive", "/adaptive/bounds"}),
-        ("identify", {"/log", "/parameters"}),
-        ("replay", {"/log", "/fixed", "/adaptive"}),
-    ],
-)
+TOPICS = {"identify": {"/log", "/parameters"}, "replay": {"/log", "/fixed", "/adaptive"}}
+TOPICS["compare"] = {"/pi", "/adaptive", "/adaptive/bounds"}
+
+
+@pytest.mark.parametrize(("command", "topics"), TOPICS.items())
 def test_messages_are_those_of_their_schema_and_curves_of_the_layout_are_in_them(folder, command, topics):
     found = contents(folder / f"{command}.mcap")
     assert topics <= set(found)

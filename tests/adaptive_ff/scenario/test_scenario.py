@@ -14,29 +14,17 @@ from adaptive_ff.scenario.reference import Multisine, Recorded
 
 MAIN_JOB = ["pi", "fixed", "oracle", "adaptive_paper", "adaptive"]
 
+JOINT = {"inertia": 20.0, "coulomb": 60.0, "stiction": 90.0, "viscous": 80.0, "stribeck_velocity": 0.05}
+FREQUENCIES, AMPLITUDES = [0.01, 0.05, 0.11, 0.23, 0.41, 0.7, 1.0], [0.12, 0.1, 0.08, 0.06, 0.05, 0.04, 0.03]
+WAVES = {"kind": "multisine", "frequencies": FREQUENCIES, "amplitudes": AMPLITUDES}
 DESIGNED = {
     "duration": 60.0,
     "seed": 1,
-    "joint": {
-        "inertia": 20.0,
-        "coulomb": 60.0,
-        "stiction": 90.0,
-        "viscous": 80.0,
-        "stribeck_velocity": 0.05,
-        "stribeck_shape": 1.0,
-        "friction_lag": 0.02,
-        "solver_period": 0.001,
-    },
+    "joint": {**JOINT, "stribeck_shape": 1.0, "friction_lag": 0.02, "solver_period": 0.001},
     "sampling": {"period": 0.01},
     "sensor": {"velocity_noise": 0.002},
     "actuator": {"torque_limit": 400.0},
-    "reference": {
-        "kind": "multisine",
-        "frequencies": [0.01, 0.05, 0.11, 0.23, 0.41, 0.7, 1.0],
-        "amplitudes": [0.12, 0.1, 0.08, 0.06, 0.05, 0.04, 0.03],
-        "peak": 0.35,
-        "fade_in": 2.0,
-    },
+    "reference": {**WAVES, "peak": 0.35, "fade_in": 2.0},
     "feedback": {"inertia": 20.0, "bandwidth": 10.0},
     "adaptation": {"stribeck_velocity": 0.05, "stribeck_shape": 1.0},
     "fixed": {"inertia": 20.0, "coulomb": 60.0, "viscous": 80.0},
@@ -67,13 +55,8 @@ def test_built_in_scenario_is_the_designed_one():
 
 
 def test_what_may_be_left_out_has_the_stated_value(tmp_path):
-    needed = ("inertia", "coulomb", "stiction", "viscous", "stribeck_velocity")
-    least = {
-        "joint": {name: DESIGNED["joint"][name] for name in needed},
-        "feedback": {"inertia": 20.0, "bandwidth": 10.0},
-        "adaptation": {"stribeck_velocity": 0.05},
-    }
-    scenario = load(tmp_path, least)
+    feedback, adaptation = {"inertia": 20.0, "bandwidth": 10.0}, {"stribeck_velocity": 0.05}
+    scenario = load(tmp_path, {"joint": JOINT, "feedback": feedback, "adaptation": adaptation})
     assert (scenario.duration, scenario.length, scenario.seed, scenario.controllers) == (None, 60.0, 1, MAIN_JOB)
     assert (scenario.joint.stribeck_shape, scenario.joint.friction_lag, scenario.joint.solver_period) == (1, 0, 0.001)
     assert (scenario.sampling.period, scenario.sensor.velocity_noise) == (0.01, 0.0)

@@ -61,7 +61,7 @@ def setup():
     return build_setup(SCENARIO.modified(seed=104, duration=5.0))
 
 
-def own_loop(controller, setup, delay, *, tell=True, known=None):
+def own_loop(controller, setup, delay, *, known=None):
     """Run ``step`` around a joint behind a drive whose torque acts a delay, in periods, after its sample.
 
     ``known`` are loads, a sample each, given as ``feedforward``; each acts while the torque of its sample does.
@@ -72,17 +72,10 @@ def own_loop(controller, setup, delay, *, tell=True, known=None):
     loads = np.zeros(setup.noise.size) if known is None else known
     for k, (first, last) in enumerate(zip(setup.samples[:-1], setup.samples[1:], strict=True)):
         velocities.append(joint.state.velocity)
-        torques.append(
-            controller.step(
-                setup.reference[first],
-                joint.state.velocity + setup.noise[k],
-                next_reference=setup.reference[last],
-                realised_torque=realised if tell else None,
-                feedforward=loads[k],
-            )
-        )
-        given = ((k - whole - 1, rest), (k - whole, 1.0 - rest))
-        acting = [(torques[i], loads[i], part) if i >= 0 else (0.0, 0.0, part) for i, part in given]
+        given = {"next_reference": setup.reference[last], "realised_torque": realised, "feedforward": loads[k]}
+        torques.append(controller.step(setup.reference[first], joint.state.velocity + setup.noise[k], **given))
+        parts = ((k - whole - 1, rest), (k - whole, 1.0 - rest))
+        acting = [(torques[i], loads[i], part) if i >= 0 else (0.0, 0.0, part) for i, part in parts]
         for torque, load, part in acting:
             if part > 0.0:
                 joint.step(torque - load, part * PERIOD)

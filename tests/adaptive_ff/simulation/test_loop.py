@@ -232,19 +232,14 @@ BASE = load_scenario().modified(duration=6.0)
 FIELDS = {"inertia": 20.0, "coulomb": 60.0, "stiction": 90.0, "viscous": 80.0, "stribeck_velocity": 0.05}
 
 
-def stepped(run, before, after, change, *, lag=0.0, gain=1.0):
-    """True velocity under the recorded torque, a current loop and a weight; ``after`` is in force from ``change`` s."""
+def stepped(run, before, after, change, *, gain=1.0):
+    """True velocity under the recorded torque and a weight; ``after`` is in force from ``change`` s."""
     period = before.solver_period
-    state, current, velocity = initial_state(before.parameters, float(run.reference[0])), 0.0, []
+    state, velocity = initial_state(before.parameters, float(run.reference[0])), []
     for command in np.repeat(run.torque, 10):
         velocity.append(state.velocity)
-        mean = command
-        if lag > 0.0:
-            decay = math.exp(-period / lag)
-            mean = command + (current - command) * (1.0 - decay) * lag / period
-            current = command + (current - command) * decay
         joint = before if len(velocity) <= round(change / period) else after
-        torque = gain * mean - gravity_torque(joint.weight, state.position)
+        torque = gain * command - gravity_torque(joint.weight, state.position)
         state = step_joint(joint.parameters, state, torque, period)
     return np.array([*velocity, state.velocity])
 

@@ -22,15 +22,11 @@ SCENARIO = load_scenario()
 MINUTE = interval_sizes(information(JOINT, glue.yardstick(SCENARIO).reference_velocity()[None, ::20], 0.02))[0]
 
 
-@pytest.mark.parametrize(
-    ("limits", "reached"),
-    [
-        (MotionLimits(0.2), "velocity"),
-        (MotionLimits(1.0, position=0.05), "position"),
-        (MotionLimits(1.0, acceleration=0.5), "acceleration"),
-        (MotionLimits(2.0, torque=120.0), "torque"),
-    ],
-)
+REACHED = {"velocity": MotionLimits(0.2), "position": MotionLimits(1.0, position=0.05)}
+REACHED |= {"acceleration": MotionLimits(1.0, acceleration=0.5), "torque": MotionLimits(2.0, torque=120.0)}
+
+
+@pytest.mark.parametrize(("reached", "limits"), REACHED.items())
 def test_motion_keeps_its_limits_and_reaches_one_and_begins_and_ends_at_rest_where_it_began(limits, reached):
     (motion,) = glue.find_excitations(JOINT, limits, ONES, period=4.0, starts=1)
     columns = motion.columns(0.0005)

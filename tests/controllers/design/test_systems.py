@@ -174,20 +174,13 @@ def sensitivity_of_the_running_loop(name, bandwidth, delay=0, period=PERIOD, gai
     return np.fft.rfft(measured[1:])
 
 
+LOOPS = [(0.01, 0, 2.0, 10.0, 1.0), (0.01, 0, 15.0, 10.0, 1.0), (0.01, 0, 15.0, 10.0, 0.0), (0.001, 0, 80.0, 10.0, 1.0)]
+LOOPS += [(0.01, 1, 6.0, 4.0, 0.0), (0.01, 2, 4.0, 3.0, 0.0), (0.001, 3, 40.0, 20.0, 0.0)]
+"""Those with a delay are without an integral, whose anti-windup takes a delay for saturation."""
+
+
 @observing
-@pytest.mark.parametrize(
-    ("period", "delay", "bandwidth", "crossover", "integral"),
-    [
-        (0.01, 0, 2.0, 10.0, 1.0),
-        (0.01, 0, 15.0, 10.0, 1.0),
-        (0.01, 0, 15.0, 10.0, 0.0),
-        (0.001, 0, 80.0, 10.0, 1.0),
-        # without an integral, whose anti-windup takes a delay for saturation
-        (0.01, 1, 6.0, 4.0, 0.0),
-        (0.01, 2, 4.0, 3.0, 0.0),
-        (0.001, 3, 40.0, 20.0, 0.0),
-    ],
-)
+@pytest.mark.parametrize(("period", "delay", "bandwidth", "crossover", "integral"), LOOPS)
 def test_maximum_sensitivity_is_that_of_the_running_loop(name, period, delay, bandwidth, crossover, integral):
     proportional, with_integral = pi_gains(INERTIA, crossover)
     gains = (proportional, with_integral * integral)

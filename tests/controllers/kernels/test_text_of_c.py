@@ -244,22 +244,14 @@ def made():
 
 def read(value):
     value.vector[0] = 9.0
-    return (
-        value.first,
-        value.inner,
-        value.count,
-        value.line,
-        value.vector[2],
-        value.matrix[1, 1],
-        value.again,
-        value.last,
-    )
+    numbers = value.vector[2], value.matrix[1, 1]
+    return value.first, value.inner, value.count, value.line, numbers, value.again, value.last
 
 
 def test_compiled_code_reads_what_was_laid_down():
     value = made()
     found = compiled(read)(value)
-    assert found == (value.first, value.inner, value.count, value.line, 2.0, 1.0, value.again, value.last)
+    assert found == (value.first, value.inner, value.count, value.line, (2.0, 1.0), value.again, value.last)
     assert value.vector[0] == 9.0
 
 

@@ -215,18 +215,10 @@ class Drawn:
         if depth == 0:
             return draw.choice(["x", "y", "z", "i", "n", repr(round(draw.uniform(-3.0, 3.0), 3))])
         one, two = self.real(depth - 1), self.real(draw.randrange(depth))
-        return draw.choice(
-            [
-                *(f"({one} {sign} {two})" for sign in "+-*"),
-                f"({one} / (1.5 + abs({two})))",
-                f"min({one}, {two})",
-                f"max({one}, {two})",
-                f"({one} if {self.truth(depth - 1)} else {two})",
-                f"{draw.choice(FUNCTIONS)}(math.atan({one}))",
-                f"math.copysign({one}, {two})",
-                f"({self.whole(depth - 1)} + 0.5)",
-            ]
-        )
+        kinds = [*(f"({one} {sign} {two})" for sign in "+-*"), f"({one} / (1.5 + abs({two})))"]
+        kinds += [f"min({one}, {two})", f"max({one}, {two})", f"({one} if {self.truth(depth - 1)} else {two})"]
+        kinds += [f"{draw.choice(FUNCTIONS)}(math.atan({one}))", f"math.copysign({one}, {two})"]
+        return draw.choice([*kinds, f"({self.whole(depth - 1)} + 0.5)"])
 
     def whole(self, depth):
         draw = self.draw
@@ -275,11 +267,8 @@ def test_kernels_drawn_at_random_are_the_same_as_machine_code(seed, tmp_path, mo
     text = HEAD + "".join(map(drawn.kernel, names)) + f"def kernel(x, y, n):\n    return {calls}\n"
     kernel = from_text(text, tmp_path, monkeypatch)
     for _ in range(25):
-        given = (
-            drawn.draw.uniform(-4.0, 4.0),
-            drawn.draw.choice([0.0, -0.0, 1.0, 1e-9, -2.5]),
-            drawn.draw.randrange(-5, 6),
-        )
+        x, y = drawn.draw.uniform(-4.0, 4.0), drawn.draw.choice([0.0, -0.0, 1.0, 1e-9, -2.5])
+        given = (x, y, drawn.draw.randrange(-5, 6))
         expected, found = kernel.py_func(*given), kernel(*given)
         for one, other in zip(expected, found, strict=True):
             assert [type(value) for value in other[:3]] == [float] * 3
