@@ -28,13 +28,10 @@ def closed_loop(controller, reference):
     joint = joint_block(SCENARIO.joint, PERIOD, velocity=float(reference[0]))
     drive, feedback = drive_block(SCENARIO.actuator, PERIOD), controller_block(controller)
     sensor = control.summing_junction(["velocity", "noise"], "measured", dt=PERIOD, name="sensor")
-    loop = control.interconnect(
-        [feedback, drive, joint, sensor],
-        connections=CONNECTIONS,
-        inplist=["controller.reference", "controller.next_reference", "sensor.noise"],
-        outlist=["joint.velocity", "drive.torque", "controller.feedforward_torque"],
-        check_unused=False,
-    )
+    given = {"inplist": ["controller.reference", "controller.next_reference", "sensor.noise"]}
+    given["outlist"] = ["joint.velocity", "drive.torque", "controller.feedforward_torque"]
+    blocks = [feedback, drive, joint, sensor]
+    loop = control.interconnect(blocks, connections=CONNECTIONS, check_unused=False, **given)
     return loop, np.concatenate([block.initial_state for block in (feedback, drive, joint)])
 
 

@@ -71,14 +71,11 @@ def test_data_are_those_of_the_joint_under_the_held_torque_also_every_millisecon
     assert np.array_equal(fine.acting[1:11], np.repeat(data.commanded[0], 10))
 
 
-@pytest.mark.parametrize(
-    ("way", "limits"),
-    [
-        (offline.SLIDING, (10.0, 10.0, 10.0, 10.0, 30.0)),
-        (offline.FILTERED, (2.0, 1.0, 3.0, 1.0, 15.0)),
-        (offline.FINE, (1.0, 1.0, 1.0, 1.0, 1.0)),
-    ],
-)
+TARGETS = {offline.SLIDING: (10.0, 10.0, 10.0, 10.0, 30.0), offline.FILTERED: (2.0, 1.0, 3.0, 1.0, 15.0)}
+TARGETS[offline.FINE] = (1.0, 1.0, 1.0, 1.0, 1.0)
+
+
+@pytest.mark.parametrize(("way", "limits"), TARGETS.items())
 @pytest.mark.parametrize("place", range(5), ids=ESTIMATED)
 def test_targets_of_figure_4(worst, way, limits, place):
     assert worst[way][ESTIMATED[place]] <= limits[place]

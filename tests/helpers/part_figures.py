@@ -473,13 +473,10 @@ def edge_figures():
         for argument in each(f"controllers.{name}", *NUMBERS):
             further = (1000, 1001) if (name, argument) == ("loop_systems", "delay") else ()
             further = (50.0,) if argument == "bandwidth" else further  # half of the sampling frequency
+            made = partial(words_of, call, f"controllers.{name}", show=lambda value: " ".join(plain(value)))
             with np.errstate(all="ignore"):
-                said = [
-                    words_of(
-                        call, f"controllers.{name}", show=lambda value: " ".join(plain(value)), **{argument: value}
-                    )
-                    for value in (-1, 0.0, 0.5, 1e-3, 1.001, 1.2, 2, 3, 10, 1e5, 1e200, *further)
-                ]
+                values = (-1, 0.0, 0.5, 1e-3, 1.001, 1.2, 2, 3, 10, 1e5, 1e200, *further)
+                said = [made(**{argument: value}) for value in values]
             found[f"{name} {argument}"] = digest([NAMED.sub(lambda one: f"{float(one[0]):.3g}", one) for one in said])
     return found
 

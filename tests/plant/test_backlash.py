@@ -173,12 +173,9 @@ def test_step_solves_its_equations_stays_in_the_gap_and_is_odd(case):
     loose = 1e-9 * (size + joint.link_inertia * abs(state.velocity) / h + joint.motor_inertia * 4.0 / h)
     assert link == pytest.approx(gear, abs=loose)
     assert motor == pytest.approx(torque - joint.offset - after.friction_torque - gear, abs=loose)
-    assert after.hysteresis_torque == pytest.approx(
-        float(
-            np.clip(state.hysteresis_torque + joint.hysteresis_stiffness * winding, -joint.hysteresis, joint.hysteresis)
-        ),
-        abs=tiny,
-    )
+    wound = state.hysteresis_torque + joint.hysteresis_stiffness * winding
+    held = float(np.clip(wound, -joint.hysteresis, joint.hysteresis))
+    assert after.hysteresis_torque == pytest.approx(held, abs=tiny)
     place = after.twist - after.wind
     assert abs(place) <= joint.half_gap + 1e-12
     slack = 1e-12 + 1e-9 * abs(after.twist)

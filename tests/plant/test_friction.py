@@ -25,13 +25,8 @@ def none_or(most):
 @st.composite
 def frictions(draw, shapes=ANY_SHAPE, least_excess=0.0):
     coulomb = draw(none_or(200.0))
-    return Stribeck(
-        coulomb,
-        coulomb + draw(st.floats(least_excess, 100.0) if least_excess else none_or(100.0)),
-        draw(none_or(200.0)),
-        draw(st.floats(1e-3, 1.0)),
-        draw(shapes),
-    )
+    stiction = coulomb + draw(st.floats(least_excess, 100.0) if least_excess else none_or(100.0))
+    return Stribeck(coulomb, stiction, draw(none_or(200.0)), draw(st.floats(1e-3, 1.0)), draw(shapes))
 
 
 @pytest.mark.parametrize(

@@ -50,12 +50,8 @@ def test_a_ripple_of_a_known_period_is_learnt_and_fed():
 
 @pytest.mark.parametrize("asked", [{"position_periods": [1.0]}, {"position_hats": 21, "position_range": [0.0, 2.0]}])
 def test_friction_over_position_is_learnt_fed_and_told(asked):
-    scenario = SCENARIO.modified(
-        seed=3,
-        duration=120.0,
-        variation={"position_amplitude": 0.4, "position_period": 1.0},
-        sampling={"period": 0.002},
-    )
+    varying = {"position_amplitude": 0.4, "position_period": 1.0}
+    scenario = SCENARIO.modified(seed=3, duration=120.0, variation=varying, sampling={"period": 0.002})
     limit = {"torque_limit": 400.0}
     base = {"inertia": 20.0, "stribeck_velocity": 0.05, "parameters": WITH_OFFSET, **limit}
     informed = AdaptiveController(*scenario.feedback.gains, 0.002, **base, **asked)

@@ -118,12 +118,9 @@ def test_each_finding_has_its_threshold(samples, watch, changes, code, values):
         value, deviations[LOOP:][places[name]] = changes[name]
         state.estimate.mean[LOOP:][places[name]] = math.log(value) if places[name] < 0 else value
     state.estimate.covariance[:] = packed(np.diag(deviations**2))
-    controller.state = state._replace(
-        feedback=state.feedback._replace(samples=samples),
-        watch=state.watch._replace(**QUIET | watch),
-        weight=changes.get("weight", 0.1),
-        enabled=changes.get("enabled", True),
-    )
+    begun, watched = state.feedback._replace(samples=samples), state.watch._replace(**QUIET | watch)
+    told = {"weight": changes.get("weight", 0.1), "enabled": changes.get("enabled", True)}
+    controller.state = state._replace(feedback=begun, watch=watched, **told)
     found = controller.diagnose()
     assert [(one.code, one.values) for one in found.findings] == ([(code, pytest.approx(values))] if code else [])
     assert found.change_probability == controller.state.weight

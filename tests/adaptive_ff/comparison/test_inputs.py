@@ -57,13 +57,9 @@ def test_correction_is_seen_by_the_feedback_alone(name):
     assert found == pytest.approx(expected, abs=tolerance)
 
 
-STOPS = SCENARIO.modified(
-    seed=101,
-    duration=20.0,
-    actuator={"delay": 0.02},
-    feedback={"bandwidth": 3.0},
-    reference={"kind": "point_to_point", "distance": 0.4, "speed": 0.3, "acceleration": 1.0, "dwell": 1.0},
-)
+MOVES = {"kind": "point_to_point", "distance": 0.4, "speed": 0.3, "acceleration": 1.0, "dwell": 1.0}
+LATE = {"actuator": {"delay": 0.02}, "feedback": {"bandwidth": 3.0}}
+STOPS = SCENARIO.modified(seed=101, duration=20.0, reference=MOVES, **LATE)
 """Moves with rests between them, by a drive that is late by two periods."""
 
 FED = {"adaptive": 0.8, "adaptive_unsupervised": 0.8, "fixed": 0.8, "friction_observer": 0.8, "canudas": 0.95}

@@ -196,15 +196,12 @@ def test_coulomb_friction_that_differs_by_direction_is_an_offset_of_the_model():
     assert true_model(SCENARIO.modified(joint=same)) == MODEL
 
 
+CURVES = [(model, functools.partial(static_friction, model)) for model in (MODEL, COULOMB_VISCOUS)]
+
+
 @pytest.mark.parametrize(("start", "end"), PIECES)
 @pytest.mark.parametrize("friction", [0.0, 70.0, -120.0])
-@pytest.mark.parametrize(
-    ("model", "curve"),
-    [
-        *((model, functools.partial(static_friction, model)) for model in (MODEL, COULOMB_VISCOUS)),
-        (UNEQUAL, unequal_friction),
-    ],
-)
+@pytest.mark.parametrize(("model", "curve"), [*CURVES, (UNEQUAL, unequal_friction)])
 def test_mean_torque_is_the_integral_of_the_lagged_friction_with_and_without_reversal(
     start, end, friction, model, curve
 ):

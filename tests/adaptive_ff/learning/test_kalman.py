@@ -125,12 +125,8 @@ def test_the_bounds_are_met_by_the_projection_in_the_metric_of_the_information(s
     lowest = np.full(count, -math.inf)
     lowest[:4] = 0.0
     prior = Prior(np.zeros(count), packed(np.eye(count)), np.zeros(count, bool), lowest, np.full(count, math.inf))
-    solution = lsq_linear(
-        np.linalg.inv(root),
-        np.linalg.solve(root, estimate.mean),
-        (np.concatenate([[-math.inf] * LOOP, lowest]), math.inf),
-        tol=1e-12,
-    )
+    bounds = (np.concatenate([[-math.inf] * LOOP, lowest]), math.inf)
+    solution = lsq_linear(np.linalg.inv(root), np.linalg.solve(root, estimate.mean), bounds, tol=1e-12)
     kalman.constrain_in_place(estimate, prior, np.zeros(count))
     assert np.all(estimate.mean[LOOP:] >= lowest)
     np.testing.assert_allclose(estimate.mean, solution.x, atol=1e-3)  # after the sweeps of one update

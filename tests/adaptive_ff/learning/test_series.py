@@ -15,16 +15,10 @@ from benchmarks.paper.misprints import coefficients_of, in_other_unit_of_time
 
 JOINT = TorqueModel(20.0, 60.0, 90.0, 80.0, 0.02, 0.05, 1.0)
 PERIOD = 0.01
-MODELS = st.builds(
-    TorqueModel,
-    inertia=st.floats(0.1, 100.0),
-    coulomb=st.floats(0.1, 200.0),
-    stiction=st.floats(0.1, 200.0),
-    viscous=st.floats(0.1, 200.0),
-    friction_lag=st.floats(1e-3, 0.2),
-    stribeck_velocity=st.floats(0.01, 1.0),
-    stribeck_shape=st.floats(0.5, 2.0),
-)
+FIELDS = dict.fromkeys(("coulomb", "stiction", "viscous"), st.floats(0.1, 200.0))
+FIELDS |= {"inertia": st.floats(0.1, 100.0), "friction_lag": st.floats(1e-3, 0.2)}
+FIELDS |= {"stribeck_velocity": st.floats(0.01, 1.0), "stribeck_shape": st.floats(0.5, 2.0)}
+MODELS = st.builds(TorqueModel, **FIELDS)
 PERIODS = st.floats(1e-3, 0.05)
 
 
