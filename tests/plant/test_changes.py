@@ -65,8 +65,8 @@ def test_weight_without_friction_swings_as_a_pendulum(phase, share):
     for period in (1e-3, 5e-4):
         joint = plant.Joint(plant.JointModel(**free, gravity=100.0, gravity_phase=phase, solver_period=period), share)
         velocity = [joint.step(0.0, 0.01) for _ in range(300)]
-        swing, options = lambda _, y: [y[1], -5.0 * math.sin(y[0] + phase)], {"rtol": 1e-10, "atol": 1e-12}
-        exact = solve_ivp(swing, (0.0, 3.0), [0.0, share], t_eval=0.01 * np.arange(1, 301), **options)
+        options = {"t_eval": 0.01 * np.arange(1, 301), "rtol": 1e-10, "atol": 1e-12}
+        exact = solve_ivp(lambda _, y: [y[1], -5.0 * math.sin(y[0] + phase)], (0.0, 3.0), [0.0, share], **options)
         errors.append(np.max(np.abs(velocity - exact.y[1])))
     assert errors[0] < 5e-3
     assert errors[1] == pytest.approx(0.5 * errors[0], rel=0.1)  # first order

@@ -80,8 +80,9 @@ def test_a_stale_model_is_exact_where_friction_is_what_it_was():
 @pytest.mark.parametrize("form", ["coulomb", "stribeck", "lagged"])
 def test_what_is_identified_is_possible_even_where_what_is_told_is_wrong(form):
     """A light joint under loud noise, assumed to have half of its inertia and a fifth of its Stribeck velocity."""
-    joint = {"joint": {"inertia": 4.0, "viscous": 0.0, "friction_lag": 0.0}, "sensor": {"velocity_noise": 0.02}}
-    scenario = SCENARIO.modified(**joint, adaptation={"stribeck_velocity": 0.01}, feedback={"inertia": 2.0})
+    light, assumed = {"inertia": 4.0, "viscous": 0.0, "friction_lag": 0.0}, {"stribeck_velocity": 0.01}
+    loud = {"velocity_noise": 0.02}
+    scenario = SCENARIO.modified(joint=light, sensor=loud, adaptation=assumed, feedback={"inertia": 2.0})
     found = model(form, "batch", scenario)
     assert 2.0 < found.inertia < 8.0
     assert found.stiction >= found.coulomb >= 0.0
