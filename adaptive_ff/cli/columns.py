@@ -4,6 +4,7 @@ import math
 import shlex
 import warnings
 from collections.abc import Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -87,7 +88,12 @@ def _by_role(log: Path, given: Columns, voltage: str | None, ending: str) -> "tu
     chosen = {"time": given.time, "position": given.position, "velocity": velocity, "torque": voltage or given.torque}
     columns = {role: column for role, column in chosen.items() if column is not None}
     content = read_content(log, ())
-    for roles in (("time",), ("position", "velocity"), ("torque",)):
+    if given.period is not None:
+        with suppress(InputError):
+            clock = usual_column(log, content, ("time",))[1]
+            warnings.warn(f"the column {clock} is not read, as --period = {given.period:g} s is given", stacklevel=2)
+    motions = ("position", "velocity") if isinstance(given, MeasuredColumns) else ("position",)
+    for roles in (("time",), motions, ("torque",)):
         if not any(role in columns for role in roles) and not (roles == ("time",) and given.period is not None):
             role, column = usual_column(log, content, roles, ending)
             columns[role] = column

@@ -22,7 +22,7 @@ from adaptive_ff.cli.options import (
     named_parts,
 )
 from adaptive_ff.cli.output import bars, error_console, progress_bars, staged_results, warn, warn_of_skips
-from adaptive_ff.errors import InputError, read_text
+from adaptive_ff.errors import InputError
 
 if TYPE_CHECKING:
     from adaptive_ff.identify.result import LogIdentification
@@ -211,12 +211,11 @@ def replay_command(
 
     extra = {} if feedforward is None else {FEEDFORWARD: feedforward}
     taken = chosen_columns(log, columns, linear=learning.linear, further=extra)
-    given = taken.read(log, extra)
-    saved, ripples = None if state is None else read_text(state, "cannot be read"), tuple(ripple_period or ())
+    given, ripples = taken.read(log, extra), tuple(ripple_period or ())
     with staged_results(output, save_state) as results:
         with bars(loop=learn_in_place):
             found = replay_log(
-                given, ripple_periods=ripples, state=saved, is_current=taken.is_current, **vars(learning)
+                given, ripple_periods=ripples, state=state, is_current=taken.is_current, **vars(learning)
             )
         shown = [left_table(found), *replay_lines(found.verdict), taken.sentence, *found.notes]
         for name, estimates in found.estimates.items():

@@ -12,7 +12,7 @@ from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeRemainingColumn
+from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
 from adaptive_ff.cli.options import KNOWN_FORMATS, SETTINGS, STANDARD_OUTPUT, Output, TableForm, ViewerOutput
 from adaptive_ff.errors import InputError
@@ -166,7 +166,7 @@ def warn(cautions: Iterable[str]) -> None:
 
 def warn_of_skips(skipped: Sequence[Any], file: str) -> None:
     """Print which segments of a log were skipped, where it was cut, and why, but no more than people read."""
-    warn(f"{_place(skip)}: {skip.reason}" for skip in skipped[:LONGEST_LIST])
+    warn(f"{_place(skip)} of the cleaned log: {skip.reason}" for skip in skipped[:LONGEST_LIST])
     if len(skipped) > LONGEST_LIST:
         warn([f"skipped: {len(skipped) - LONGEST_LIST} more, listed in {file}"])
 
@@ -200,5 +200,5 @@ def _move(progress: Progress, task: TaskID, fraction: float) -> None:
 
 def progress_bars(errors: Console) -> Progress:
     """Return progress bars, which show only on a terminal and go when they are done."""
-    columns = (TextColumn("{task.description}"), BarColumn(), TimeRemainingColumn())
+    columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn(), TimeRemainingColumn())
     return Progress(*columns, console=errors, transient=True, disable=SETTINGS.quiet or not errors.is_terminal)

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
-from adaptive_ff.errors import InputError, checked_path
+from adaptive_ff.errors import check_among, checked_path
 from adaptive_ff.export.errors import exporting
 from adaptive_ff.export.export import Export
 from adaptive_ff.export.fmu import VERSIONS, fmu
@@ -94,8 +94,8 @@ def export_controller(
     """
     folder = checked_path("out", out)
     also_fmu = with_fmu if isinstance(with_fmu, str) else "2.0" if checked_switch("with_fmu", with_fmu) else ""
-    if also_fmu and also_fmu not in VERSIONS:
-        raise InputError(f"with_fmu = {also_fmu!r} is not allowed: it must be one of {', '.join(VERSIONS)}")
+    if also_fmu:
+        check_among("version of FMI ", also_fmu, VERSIONS)
     export = Export(controller, prefix, single)
     with exporting():  # a number may be too large for single precision
         files = {name: text.encode("ascii") for name, text in project_files(export).items()}

@@ -13,7 +13,6 @@ from adaptive_ff.identify.regression import NOT_NEGATIVE, Model
 from adaptive_ff.identify.result import LogIdentification
 from adaptive_ff.identify.selection import select
 from adaptive_ff.learning.checks import check_confidence
-from adaptive_ff.logs.columns import in_degrees
 from adaptive_ff.logs.log import KNOWN, Log, check_log
 from controllers.checks import check_numbers, checked_switch
 
@@ -97,8 +96,7 @@ def identify_log(
     textbook, refined, taken, lacking = select(data, *FAMILIES[model], confidence, refine=model != "coulomb-viscous")
     best, units = refined or textbook, LINEAR if linear else ROTARY
     _check_plausible(log, data, textbook.model, best.left)
-    said = [*data.said, *in_degrees(data.log, float(np.max(np.abs(data.velocity))), linear=linear)]
-    error, name = None, ""
+    said, error, name = list(data.said), None, ""
     if validation is not None or held_out:
         other = validation or replace(log.part(slice(used, None)), name=f"{log.name}, its end that is held out")
         measured = prepare(other, judged=data.band, torque_delay=torque_delay, linear=linear)

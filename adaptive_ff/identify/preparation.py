@@ -22,6 +22,7 @@ from adaptive_ff.identify.motion import (
 )
 from adaptive_ff.identify.regression import Fit, Folds, Model, remainder, sums
 from adaptive_ff.logs.cleaning import clean, lacking_column
+from adaptive_ff.logs.columns import in_degrees
 from adaptive_ff.logs.defects import Skipped, median_step, usable_segments
 from adaptive_ff.logs.log import KNOWN, Log
 from controllers.arrays import NDArray
@@ -122,17 +123,18 @@ def prepare(
         band, widest = choose_band(found, period, bandwidth), math.inf
     else:
         band, widest = min(judged, TUNING.sampling_fraction / period), found.quiet
+    filtered = _filtered(log.name, segments, band, found, widest)
     return Prepared(
         log=whole,
         segments=segments,
-        **_filtered(log.name, segments, band, found, widest),
+        **filtered,
         period=longest.period,
         found=found,
         rotary=not linear,
         delay_known=torque_delay is not None,
         used=sum(map(len, ranges)),
         skipped=skipped,
-        said=said,
+        said=[*said, *in_degrees(whole, float(np.max(np.abs(filtered["velocity"]))), linear=linear)],
     )
 
 
@@ -161,15 +163,15 @@ def _filtered(
         lost = math.sqrt(noise / max(noise, power))
         raise InputError(
             f"{name}: the speed is lost in the noise of the {'position' if found.of_position else 'velocity'}, "
-            f"which is {100.0 * lost:.0f} % of it (rms): record faster motion, or with a finer sensor, or give a "
-            "narrower --bandwidth"
+            f"which is {100.0 * lost:.0f} % of it (rms): record faster motion, or with a finer sensor, or "
+            "narrow the band"
         )
     rows = [made for made in every if made.kept.size and made.time.size * made.period > 4.0 / band]
     count = sum(made.kept.size for made in rows)
     if count < TUNING.fewest_rows:
         raise InputError(
             f"{name}: the joint slides in {counted(count, 'row')} of the band of {band:.3g} Hz only; there must be "
-            f"at least {TUNING.fewest_rows}: record for longer, or give a wider --bandwidth"
+            f"at least {TUNING.fewest_rows}: record for longer, or widen the band"
         )
     cycles = count / (TUNING.rows_in_cycle * band) * found.slow
     folds = min(int(np.clip(cycles, *TUNING.folds)), max(4, count // 12))

@@ -13,10 +13,10 @@ from typing import Any
 
 import numpy as np
 
-from adaptive_ff.errors import InputError, check_positive
+from adaptive_ff.errors import InputError, check_among, check_positive
 from adaptive_ff.friction.identifying import ALL_CHOICES, check_parameters
 from adaptive_ff.friction.model import GRAVITY, IDENTIFIED, TorqueModel
-from adaptive_ff.identify.columns import ASYMMETRY, Shape, unit_of
+from adaptive_ff.identify.columns import ASYMMETRY, ROTARY, Shape, unit_of
 from adaptive_ff.identify.motion import TUNING, Array
 from adaptive_ff.identify.preparation import Prepared
 from adaptive_ff.identify.regression import Fit, Parameter
@@ -96,7 +96,9 @@ class LogIdentification(Reported):
         return self.textbook.parameters
 
     def value(self, name: str) -> float:
-        """Return a parameter of the best model; zero where it has none of that name."""
+        """Return a parameter of the best model; zero where it does without. ``InputError``: no model has that name."""
+        maps = (f"{kind}_{part}" for kind in ("friction", "force") for part in self.data.place.names)
+        check_among("the parameter ", name, [one for one in (*ROTARY, *maps) if one not in ("torque", "velocity")])
         return self.best.values.get(name, 0.0)
 
     @property
@@ -250,7 +252,7 @@ class LogIdentification(Reported):
             return {}
         waves = [f"{part}_{number}" for number in range(1, len(place.periods) + 1) for part in ("cosine", "sine")]
         hats = [f"hat_{number}" for number in range(1, place.hats + 1)]
-        fractions = [self.value(f"friction_{name}") / coulomb for name in (*waves, *hats)]
+        fractions = [self.best.values.get(f"friction_{name}", 0.0) / coulomb for name in (*waves, *hats)]
         return {
             "position_periods": place.periods,
             "position_hats": place.hats,

@@ -7,12 +7,13 @@ has no loop of ours: here the same columns run along the measured motion, and a 
 import json
 import math
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 import scipy
 
-from adaptive_ff.errors import InputError, check_positive, sentence
+from adaptive_ff.errors import InputError, check_positive, read_text, sentence
 from adaptive_ff.friction.model import IDENTIFIED, unit_of
 from adaptive_ff.identify.columns import of_current
 from adaptive_ff.identify.identification import OppositeSigns, check_delay, identify_log
@@ -149,7 +150,7 @@ def replay_log(
     torque_delay: float | None = None,
     bandwidth: float | None = None,
     band: float = BAND,
-    state: str | None = None,
+    state: str | Path | None = None,
     linear: bool = False,
     is_current: bool = False,
 ) -> Replay:
@@ -175,8 +176,8 @@ def replay_log(
         Band in which the fixed model is fitted, Hz.
     band : float, optional
         Band in which is judged, Hz.
-    state : str, optional
-        State of an earlier replay, see :meth:`Replay.state_to_json`.
+    state : str or Path, optional
+        State of an earlier replay, see :meth:`Replay.state_to_json`, or its file.
     linear, is_current : bool, optional
         Whether it is a linear axis, and whether the torque is a current.
 
@@ -205,7 +206,7 @@ def replay_log(
         parameters=IDENTIFIED[identify],
         ripples=tuple(ripple_periods),
     )
-    saved = None if state is None else _state_from_json(learner, state)
+    saved = None if state is None else _saved_state(learner, state)
     fixed, note = _fixed(log, bandwidth, torque_delay, linear=linear, is_current=is_current)
     started = {COLD: initial_state(learner), **({} if saved is None else {SAVED: saved})}
     parts = [_replayed(prepared, rows, learner, started, memory or MEMORY) for rows in prepared.rows]
@@ -338,31 +339,31 @@ def _fixed_torque(found: LogIdentification, prepared: Prepared, rows: Rows) -> A
 def _state_to_json(learner: Learner, state: Estimate) -> str:
     estimate = state.mean[LOOP:] * learner.deviation
     covariance = unpacked(state.covariance)[LOOP:, LOOP:] * np.outer(learner.deviation, learner.deviation)
-    content = {"replay": list(learner.names), "estimate": estimate.tolist(), "covariance": covariance.tolist()}
-    return json.dumps(content)
+    return json.dumps({"replay": learner.names, "estimate": estimate.tolist(), "covariance": covariance.tolist()})
 
 
-def _state_from_json(learner: Learner, text: str) -> Estimate:
-    """Return a saved state in the units of a learner.
+def _saved_state(learner: Learner, state: str | Path) -> Estimate:
+    """Return a saved state, or that in a file, in the units of a learner.
 
     Raises
     ------
     InputError
         It is none, or one of other parameters.
     """
+    named, text = (f"{state}: ", read_text(state, "cannot be read")) if isinstance(state, Path) else ("", state)
     try:
         content = json.loads(text)
         names = tuple(content["replay"])
         estimate, covariance = (np.array(content[key], dtype=float) for key in ("estimate", "covariance"))
     except (ValueError, KeyError, TypeError, RecursionError) as error:
-        raise InputError(f"is no saved state of a replay: {error}") from error
+        raise InputError(f"{named}is no saved state of a replay: {error}") from error
     size = len(learner.names)
     if names != learner.names or estimate.shape != (size,) or covariance.shape != (size, size):
         raise InputError(
-            f"the saved state is of {', '.join(map(str, names))}; identify and ripple_periods must be alike"
+            f"{named}the saved state is of {', '.join(map(str, names))}; identify and ripple_periods must be alike"
         )
     if not (np.all(np.isfinite(estimate)) and np.all(np.isfinite(covariance))):
-        raise InputError("the saved state holds values that are no finite numbers")
+        raise InputError(f"{named}the saved state holds values that are no finite numbers")
     units = np.where(learner.deviation > 0.0, learner.deviation, 1.0)
     whole = np.pad(covariance / np.outer(units, units), (LOOP, 0))
     return Estimate(np.pad(estimate / units, (LOOP, 0)), packed(whole))

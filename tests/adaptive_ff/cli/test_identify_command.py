@@ -171,14 +171,18 @@ def test_file_that_cannot_be_read_is_named_though_all_columns_are_given(tmp_path
 
 
 def test_period_serves_instead_of_a_time_and_tables_are_picked_from(log, tmp_path, without_pictures):
-    np.savez(tmp_path / "log.npz", all=np.column_stack([log.position, log.torque]))
-    identified(tmp_path / "log.npz", "--period", "0.005", "--position", "all[0]", "--torque", "all[1]")
+    said = "adaptive-ff: warning: the column Time is not read, as --period = 0.005 s is given"
+    for clock, warned in (({}, []), ({"Time": log.time}, [said])):
+        np.savez(tmp_path / "log.npz", all=np.column_stack([log.position, log.torque]), **clock)
+        given = ("--period", "0.005", "--position", "all[0]", "--torque", "all[1]")
+        assert identified(tmp_path / "log.npz", *given)[0].warnings == warned
 
 
 def test_log_whose_clock_begins_anew_is_cut_there_and_nothing_of_it_is_called_skipped(log, tmp_path, without_pictures):
     np.savez(tmp_path / "log.npz", t=np.where(log.time < 15.0, log.time, log.time - 15.0), q=log.position, u=log.torque)
     outcome, _ = identified(tmp_path / "log.npz")
-    assert outcome.warnings == ["warning: cut before sample 3000: the clock jumps back, from 14.995 s to 0 s"]
+    said = "cut before sample 3000 of the cleaned log: the clock jumps back, from 14.995 s to 0 s"
+    assert outcome.warnings == [f"warning: {said}"]
 
 
 def test_shape_of_an_array_that_holds_several_columns_is_said(tmp_path):
@@ -190,7 +194,8 @@ def test_skipped_stretches_are_said_and_listed(log, tmp_path, without_pictures):
     log.torque[2000:2200] = np.nan
     np.savez(tmp_path / "log.npz", t=log.time, q=log.position, u=log.torque)
     outcome, found = identified(tmp_path / "log.npz")
-    assert outcome.warnings == ["warning: skipped: samples 2000 to 2199: values that are no finite numbers"]
+    said = "samples 2000 to 2199 of the cleaned log: values that are no finite numbers"
+    assert outcome.warnings == [f"warning: skipped: {said}"]
     assert found["skipped"] == [{"start": 2000, "stop": 2200, "reason": "values that are no finite numbers"}]
 
 
@@ -288,6 +293,7 @@ def test_bad_options_are_answered_with_one_line_and_leave_nothing(tmp_path, with
 def test_column_without_a_usual_name_must_be_named(columns, message, tmp_path):
     (tmp_path / "log.csv").write_text(f"{columns}\n" + "0,1,2\n" * 9, encoding="utf-8")
     assert message in refusal("identify", tmp_path / "log.csv", "--out", tmp_path / "out")
+    assert "--velocity" not in refusal("score", *[tmp_path / "log.csv"] * 2)  # which has no such option
 
 
 def test_friction_over_a_turn_of_the_motor_is_told_and_drawn(log, tmp_path):

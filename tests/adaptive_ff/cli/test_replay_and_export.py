@@ -75,7 +75,8 @@ def test_saved_state_is_where_the_next_log_starts(result, without_pictures):
     again, broken = ("replay", folder / "log.csv", *OPTIONS, "--out", folder / "x", "--state"), folder / "broken.json"
     broken.write_text("{", encoding="utf-8")
     assert "identify and ripple_periods must be alike" in refusal(*again, state, "--identify", "gravity")
-    assert "is no saved state of a replay" in refusal(*again, broken)
+    assert f"{broken}: is no saved state of a replay" in refusal(*again, broken)
+    assert "; there must be at least 30: record for longer, or widen the band" in refusal(*again[:-1], "--band", "1e-3")
 
 
 def test_linear_axis_has_its_units(result, tmp_path, without_pictures):
@@ -122,7 +123,7 @@ def test_refusals_name_what_is_wrong_and_write_nothing(tmp_path):
     out, file = ("--out", tmp_path / "out"), tmp_path / "file"
     cases = {
         ("--controller", "none"): "controllers = 'none' is not known; there are pi,",
-        ("--fmu", "1.0"): "with_fmu = '1.0' is not allowed: it must be one of 2.0, 3.0",
+        ("--fmu", "1.0"): "version of FMI '1.0' is not known; there are 2.0, 3.0",
         ("--prefix", "1st"): "prefix = '1st' is not allowed",
         ("--state", tmp_path / "pi"): "controller = 'PI' is not allowed: this is a 'AdaptiveController'",
         ("--state", tmp_path / "broken"): "is no saved state",

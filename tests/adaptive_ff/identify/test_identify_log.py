@@ -18,6 +18,7 @@ from adaptive_ff.identify.regression import Model, quantile
 from adaptive_ff.identify.result import CARE, GOOD, UNUSABLE
 from adaptive_ff.identify.selection import Estimated, averaged, by_band, is_better
 from adaptive_ff.logs.log import KNOWN, Log
+from adaptive_ff.replay.replay import replay_log
 
 
 def with_torque(log, torque):
@@ -267,8 +268,9 @@ def test_speed_that_is_mostly_noise_is_refused_as_lost_in_it(moving):
 
 
 def test_degrees_are_suspected():
-    found = identify_log(replace(LOG, position=np.degrees(LOG.position)))
-    assert any("is the motion in degrees" in caution for caution in found.cautions)
+    log = replace(LOG, position=np.degrees(LOG.position))
+    for said in (identify_log(log).cautions, identify_log(LOG, validation=log).cautions, replay_log(log).notes):
+        assert any("s the motion in degrees" in caution for caution in said)
 
 
 def test_bias_of_first_order_in_the_band_is_found_by_half_of_it_and_taken_with_the_factor_of_safety():

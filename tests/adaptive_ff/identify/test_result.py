@@ -37,6 +37,9 @@ def test_torque_model_and_friction_have_the_values_but_of_a_dip():
     assert found.torque_model()[2:6] == (4.0, 0.5, 0.0, 0.2)
     assert found.friction(np.array([-0.2, 0.0])) == pytest.approx([-3.6 - math.exp(-1.0), -0.5])
     assert found.given == ["friction_lag"]
+    assert [found.value(name) for name in ("viscous_asymmetry", "force_sine_2", "viscous")] == [0.0, 0.0, 0.5]
+    with pytest.raises(InputError, match=r"^the parameter 'foo' is not known; there are inertia, .* force_cosine_2$"):
+        found.value("foo")
     dips = identified(Shape(stribeck_velocity=0.2), stiction_excess=-1.0)
     assert list(dips.joint_parameters) == list(HEAVY)
     assert Map((), 4).names == ("hat_2", "hat_3", "hat_4")

@@ -208,11 +208,8 @@ def test_unit_at_the_end_of_a_name_is_seen(kind, columns):
     assert found == dict.fromkeys(columns, factor)
 
 
-def test_velocity_in_degrees_is_said_to_be_per_second():
+def test_degrees_of_a_velocity_are_per_second_and_currents_are_known_by_their_name_or_by_amperes():
     assert foreign_unit("w_deg", "velocity", linear=False) == ("degrees per second", "rad/s", "pi/180")
-
-
-def test_currents_are_known_by_their_name_or_by_amperes():
     assert all(map(is_current, ("current", "i_q", "motor_current[2]", "Strom [mA]", "I [A]", "I (A rms)")))
     assert not any(map(is_current, ("u", "gamma", "M")))
 
