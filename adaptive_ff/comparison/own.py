@@ -24,7 +24,7 @@ FOLDERS: set[Path] = set()  # folders that own controllers were loaded from
 NO_NAME = '/\\:*?"<>|'  # characters that the name of a file cannot have on one system or another
 
 OFFERED = ("scenario", "proportional", "integral", "period", "inertia")
-"""Arguments that a factory may take, by name; a single one of another name is given the scenario."""
+"""Arguments that a factory may take, by name."""
 
 
 class OwnController(Protocol):
@@ -163,8 +163,7 @@ def make_own(name: str, own: Own, scenario: Scenario) -> Any:
 
     An object is copied, so that each run begins with its state of now. A class, a factory, or ``FILE.py:NAME`` of one
     is given those of ``scenario``, ``proportional`` and ``integral`` (the PI gains of the scenario), ``period`` and
-    ``inertia`` (that its feedback assumes) whose names it has, or the scenario alone where its only argument has
-    another name.
+    ``inertia`` (that its feedback assumes) whose names it has.
     """
     if isinstance(own, str):
         own = load_own(own)
@@ -196,14 +195,11 @@ def _arguments(name: str, factory: Callable[..., Any], scenario: Scenario) -> di
         return offered
     needed = [one for one in parameters if one.default is Parameter.empty and one.kind is not Parameter.VAR_POSITIONAL]
     strangers = [one.name for one in needed if one.name not in offered]
-    chosen = {one.name: offered[one.name] for one in parameters if one.name in offered}
-    if len(needed) == 1 and len(strangers) == 1 and needed[0].kind is not Parameter.POSITIONAL_ONLY:
-        return {**chosen, strangers[0]: scenario}
     if strangers:
         raise InputError(
             f"own controller {name!r} needs {', '.join(strangers)}; a class or factory is given {', '.join(OFFERED)}"
         )
-    return chosen
+    return {one.name: offered[one.name] for one in parameters if one.name in offered}
 
 
 def _forget_namesakes(folder: Path) -> None:

@@ -132,7 +132,7 @@ def plot_sweep(outcomes: Sequence[Outcome], source: str, worst: int = 3) -> Figu
     run = [outcome for outcome in outcomes if not outcome.refused]
     own = dict.fromkeys(name for outcome in run for name in outcome.metrics if name not in DRAWN)
     looks = looks_of([OURS, *own])
-    with rc_context(STYLE):
+    with rc_context({**STYLE, "figure.constrained_layout.h_pad": 0.12}):
         figure = Figure(figsize=(8.0, 6.4), layout="constrained")
         grid = figure.add_gridspec(2, 2)
         settled, whole = figure.add_subplot(grid[0, 0]), figure.add_subplot(grid[0, 1])

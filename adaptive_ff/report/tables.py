@@ -226,15 +226,14 @@ def errors_table(study: "BandwidthStudy") -> Table:
     """Return the errors that each controller leaves at each bandwidth, what is recommended, and the Pareto front."""
     speed, front = (axis_unit(study.scenario.joint.axis, "rad/s"), 3), study.front()
     rows: list[list[Cell]] = []
-    for place, loop in enumerate(study.loops):
-        errors = [error for one in study.own.values() for error in one.pairs[place]]
-        recommended = ", ".join(name for name, one in study.own.items() if one.place == place)
-        named = ", ".join(name for name in study.own if (name, place) in front)
-        cells = [error if math.isfinite(error) else "fails" for error in errors]
-        rows.append([loop.bandwidth, *cells, recommended, named])
-    heads = [head for name in study.own for head in (name, f"{name}, load")]
-    columns: Columns = {"bandwidth": ("Hz", 3), **dict.fromkeys(heads, speed), "best of": None, "front": None}
-    return table("Settled error and error after a step of the load (rms), tuning seeds; Pareto front", rows, columns)
+    for name, one in study.own.items():
+        rows.append([name])
+        for place, pair in enumerate(one.pairs):
+            cells = [error if math.isfinite(error) else "fails" for error in pair]
+            marks = ["best"] * (place == one.place) + ["front"] * ((name, place) in front)
+            rows.append([one.bandwidths[place], *cells, ", ".join(marks)])
+    columns: Columns = {"bandwidth": ("Hz", 3), "settled": speed, "loaded": speed, "": None}
+    return table("Errors (rms), tuning seeds; loaded: after a load step; front: Pareto front", rows, columns)
 
 
 def best_table(study: "BandwidthStudy") -> Table:
@@ -252,7 +251,7 @@ def best_table(study: "BandwidthStudy") -> Table:
         for error, base in zip(study.own_errors[name], study.own_errors[BASELINE], strict=True):
             cells += [error, base / error if error > 0.0 else None]
         rows.append([*cells, *([study.common_errors[name].settled] if given else [])])
-    title = "Errors (rms), each at its best bandwidth; loaded: after a step of the load"
+    title = "Errors (rms), each at its best bandwidth; loaded: after an assumed load step"
     return table(title, rows, columns, styles=highlights(study.own))
 
 

@@ -2,7 +2,10 @@
 
 import tomllib
 from collections.abc import Iterable
+from difflib import get_close_matches
 from pathlib import Path
+
+from adaptive_ff.errors import InputError
 
 SCENARIOS = Path(__file__).resolve().parent / "scenarios"  # their files; a recorded reference lies beside its scenario
 GROUPS: dict[str, list[str]] = tomllib.loads(SCENARIOS.with_name("groups.toml").read_text(encoding="utf-8"))
@@ -37,5 +40,9 @@ def scenario_title(name: str) -> str:
 
 def scenario_file(path: Path) -> Path:
     """Return the file of a scenario that is given by a path, or by its name where no file is there."""
-    named = SCENARIOS / f"{path}.toml"
-    return named if str(path) in scenario_names() and not path.is_file() else path
+    near = get_close_matches(str(path), scenario_names(), 1)
+    if not near or path.is_file():
+        return path
+    if near[0] != str(path):
+        raise InputError(f"{path}: there is no such file or scenario; did you mean {near[0]}?")
+    return SCENARIOS / f"{path}.toml"

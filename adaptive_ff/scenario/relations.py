@@ -46,8 +46,12 @@ def check_changes(scenario: Content) -> None:
             )
 
 
-def check_identified(scenario: Content) -> None:
-    """Check that what is identified exists on this axis."""
+def check_axis(scenario: Content) -> None:
+    """What is identified exists on this axis, and an encoder of a rotary one has more than a count a turn."""
+    step = scenario.sensor.encoder_resolution or 0.0
+    if scenario.joint.axis == "rotary" and step >= 2.0 * math.pi:
+        must = f"less than a turn; of {step:g} counts a turn it is {2.0 * math.pi / step:.4g}"
+        raise ValueError(f"sensor.encoder_resolution = {step:g} rad is not allowed: it must be {must}")
     if scenario.joint.axis == "linear" and "gravity" in (scenario.adaptation.identify or ""):
         raise ValueError(
             f"adaptation.identify = {scenario.adaptation.identify!r} is not allowed for axis = 'linear': it must be "
@@ -96,7 +100,7 @@ RELATIONS = (
     check_periods,
     check_duration,
     check_changes,
-    check_identified,
+    check_axis,
     check_frequencies,
     check_loops,
     check_friction,

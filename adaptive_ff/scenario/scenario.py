@@ -43,7 +43,7 @@ class Scenario(Content):
                 f"actuator.torque_limit = {limit:g} {torque} is below joint.stiction = {self.joint.stiction:g} "
                 f"{torque}: tracking is impossible, the joint cannot break away from rest"
             )
-        if "fixed" in self.controllers and self.fixed == FixedModel():
+        if "controllers" in self.model_fields_set and "fixed" in self.controllers and self.fixed == FixedModel():
             found.append("controller 'fixed' has nothing in [fixed]: it feeds nothing forward and equals 'pi'")
         found += motion_cautions(self.joint, limit, self.reference_velocity(), self.joint.solver_period)
         return found if self.feedback.is_auto else [*found, *loop_cautions(self)]

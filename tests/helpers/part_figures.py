@@ -569,6 +569,7 @@ REFUSED = [
     ),
     {"sensor": {"velocity_noise": 0.0, "leap": 3.0, "leap_share": 0.1, "encoder_resolution": 1e-4}},
     {"sensor": {"encoder_resolution": 1e-4}},
+    {"sensor": {"velocity_noise": 0.0, "encoder_resolution": 4096.0}},
     {"actuator": {"torque_limit": 400.0, "torque_resolution": 500.0}},
     {"actuator": {"delay": 0.0005}},
 ]

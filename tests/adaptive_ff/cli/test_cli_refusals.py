@@ -87,6 +87,7 @@ def test_value_of_an_option_is_named_with_what_is_allowed(refused, arguments, li
 FILES = [
     (["compare", "latin", "--out", "new"], "latin: is not valid TOML: byte 0xfc in line 2 is no text in UTF-8"),
     (["compare", "gone.toml", "--out", "out"], "gone.toml: cannot be read: No such file or directory"),
+    (["compare", "papr_100hz"], "papr_100hz: there is no such file or scenario; did you mean paper_100hz?"),
     (["identify", "latin"], "latin: cannot be read: it is no text in UTF-8; save it as such"),
     (["identify", "gone.mat"], "gone.mat: cannot be read: No such file or directory"),
 ]

@@ -129,7 +129,7 @@ def test_own_controller_stands_beside_the_others_in_a_comparison():
 
 def test_unknown_name_is_refused_with_those_there_are():
     with pytest.raises(InputError, match=r"'mien' is not known; there are pi, .*mine"):
-        compare(SHORT.modified(controllers=["mien"]), own={"mine": lambda _: Proportional(1.0)})
+        compare(SHORT.modified(controllers=["mien"]), own={"mine": lambda: Proportional(1.0)})
 
 
 class Learner:
@@ -160,7 +160,6 @@ def test_class_gets_the_gains_and_its_feedforward_and_estimates_are_recorded():
     ("factory", "expected"),
     [
         (lambda scenario: ("scenario", scenario), ("scenario", SHORT)),
-        (lambda anything: ("one", anything), ("one", SHORT)),
         (lambda integral, proportional: (proportional, integral), SHORT.feedback.gains),
         (lambda period, inertia=0.0: (period, inertia), (SHORT.sampling.period, SHORT.feedback.inertia)),
         (lambda: "nothing", "nothing"),
@@ -184,6 +183,7 @@ def test_factory_is_given_what_its_arguments_are_called(factory, expected):
     [
         (3.0, r"own controller 'mine' = 3.0 is not allowed"),
         (lambda first, second: None, r"needs first, second; a class or factory is given scenario, proportional"),
+        (lambda gain: None, r"needs gain; a class or factory is given scenario, proportional, integral"),
         (lambda scenario: 5, r"made 5, which has no method step"),
         ("mine.py", r"must be FILE.py:NAME"),
         ("nowhere.py:Mine", r"nowhere.py: cannot be read: there is no such file"),

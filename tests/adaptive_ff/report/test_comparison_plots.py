@@ -218,3 +218,5 @@ def test_distributions_and_worst_cases_of_a_sweep_are_drawn():
     legend = [text.get_text() for text in figure.legends[0].get_texts()]
     assert legend[:2] == ["adaptive", "mine"]
     assert "around joint.toml, seed 7, adaptive-ff" in figure.get_supxlabel()
+    figure.draw_without_rendering()
+    assert settled.get_tightbbox().y0 - cases.get_tightbbox().y1 > 15.0  # between the texts, pixels

@@ -178,7 +178,7 @@ def test_default_peak_is_seven_stribeck_velocities_unless_the_torque_limit_is_lo
 
 
 def test_reference_that_is_too_slow_or_too_fast_is_warned_of_with_a_peak_that_suits():
-    assert load_scenario().cautions() == []
+    assert load_scenario().cautions() == load_scenario("servo").cautions() == []
     (slow,) = load_scenario().modified(reference={"peak": 0.06}).cautions()
     assert slow.startswith("the reference never exceeds 0.06 rad/s, 1.2 times joint.stribeck_velocity = 0.05 rad/s")
     assert slow.endswith("a peak of 0.35 rad/s would")
