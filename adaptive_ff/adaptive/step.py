@@ -103,7 +103,10 @@ def end_period(parameters: AdaptiveParameters, state: AdaptiveState, inputs: Inp
     error = filtered + inputs.correction - inputs.velocity if measured else 0.0
     asked = asked_torque(parameters.feedback, state.feedback)
     cut = inputs.realised_torque - asked if not first and math.isfinite(inputs.realised_torque) else 0.0
-    leap = 0.0 if first or acts_on_plan(inputs) else follows * (inputs.reference - state.foreseen)
+    leap = 0.0
+    if not first and not acts_on_plan(inputs):
+        foreseen = (state.foreseen - state.last_reference) * (duration / parameters.period)
+        leap = follows * (inputs.reference - state.last_reference - foreseen)
     level = speed_level(parameters, state, parameters.tuning.standing)
     return Period(filtered, error, asked + cut, cut, leap, measured, level)
 

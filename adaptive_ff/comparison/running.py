@@ -8,8 +8,8 @@ from functools import partial
 from typing import Any
 
 from adaptive_ff.comparison.own import own_controller, step_own, write_own_estimates
-from adaptive_ff.simulation.experiment import RunSetup, empty_record, with_preview
-from adaptive_ff.simulation.loop import run_controller, run_in_memory, run_plain, start_position
+from adaptive_ff.simulation.experiment import RunSetup, empty_record
+from adaptive_ff.simulation.loop import NEVER, run_controller, run_in_memory, run_plain, start_position
 from controllers import CalledBack, Controller
 from controllers.compiled import compiles
 from controllers.interface import feedback_state
@@ -30,8 +30,9 @@ class Drive:
             self._called = CalledBack(partial(step_own, self.controller), writes)
         self.names: tuple[str, ...] = self.controller.estimate_names  # of its estimates
         self.watched: tuple[str, ...] = controller.monitor_names if self.registered else ()  # of its monitors
-        if self.registered:
-            setup = with_preview(setup, feedback_state(controller.parameters).delay * controller.period)
+        if self.registered and setup.lead < NEVER:
+            delay = feedback_state(controller.parameters).delay * controller.period
+            setup = setup._replace(lead=round(delay / setup.solver_period))
         self.setup, self.position = setup, start_position(setup)
         self.record = empty_record(setup, len(self.names), len(self.watched))
 

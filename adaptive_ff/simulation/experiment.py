@@ -53,10 +53,10 @@ class RunSetup(NamedTuple):
     # shape (steps + 1,); planned position on the solver's grid, rad: the integral of the reference; zero without a
     # position loop
     planned: NDArray[np.float64]
-    # shape (n + 1,); reference when the command of each sample, and of the one behind the last, begins to act, as the
-    # controller reckons it, rad/s; not a number beyond the end. See :func:`with_preview`.
-    acting: NDArray[np.float64]
-    lead: int  # solver steps after which it does
+    spacing: int  # solver steps between two samples, as they are planned
+    # solver steps from a sample until its command begins to act, as the controller reckons it; ``loop.NEVER`` if the
+    # plan of then is not known
+    lead: int
 
 
 class Record(NamedTuple):
@@ -90,18 +90,6 @@ def empty_record(setup: RunSetup, estimates: int, monitors: int = 0) -> Record:
     )
 
 
-def with_preview(setup: RunSetup, delay: float) -> RunSetup:
-    """Return a setup on which the plan is known for when a torque acts after a delay (s), to the solver's period."""
-    lead = round(delay / setup.solver_period)
-    if lead == setup.lead:
-        return setup
-    steps = setup.samples + lead
-    acting = np.full(steps.size, np.nan)
-    known = steps < setup.reference.size
-    acting[known] = setup.reference[steps[known]]
-    return setup._replace(acting=acting, lead=lead)
-
-
 def without_noise(setup: RunSetup) -> RunSetup:
     """Return a setup whose sensor has neither noise nor the steps of its encoder."""
     return setup._replace(noise=np.zeros_like(setup.noise), resolution=min(setup.resolution, FINE))
@@ -133,7 +121,7 @@ def build_plain_setup(
     """
     drive = Actuator() if actuator is None else actuator
     period = joint.solver_period
-    setup = RunSetup(
+    return RunSetup(
         joint=joint.parameters,
         plan=schedule([], period),
         actuator=drive.parameters,
@@ -150,10 +138,9 @@ def build_plain_setup(
         outer=NO_POSITION_LOOP,
         position_step=POSITION_STEP,
         planned=np.zeros(reference.size),
-        acting=np.zeros(0),
-        lead=-1,
+        spacing=round(float(np.mean(np.diff(samples)))),
+        lead=round(drive.delay / period),
     )
-    return with_preview(setup, drive.delay)
 
 
 def build_setup(scenario: Scenario) -> RunSetup:
@@ -161,6 +148,7 @@ def build_setup(scenario: Scenario) -> RunSetup:
     noise, held = scenario.sensed()
     reference, actuator = scenario.reference_velocity(), scenario.actuator
     plain = build_plain_setup(scenario.joint, scenario.sample_steps, reference, noise, actuator)
+    assumed_delay = scenario.assumed_delay * scenario.sampling.period
     setup = plain._replace(
         plan=scenario.plan,
         resolution=scenario.sensor.encoder_resolution or 0.0,
@@ -169,7 +157,9 @@ def build_setup(scenario: Scenario) -> RunSetup:
         held=held,
         outer=scenario.position_loop or NO_POSITION_LOOP,
         position_step=scenario.position_resolution or POSITION_STEP,
+        spacing=round(scenario.sampling.period / plain.solver_period),
+        lead=round(assumed_delay / plain.solver_period),
     )
     if scenario.position is not None:
         setup = setup._replace(planned=planned_position(setup.joint, reference, setup.solver_period))
-    return with_preview(setup, scenario.assumed_delay * scenario.sampling.period)
+    return setup

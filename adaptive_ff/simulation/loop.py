@@ -116,26 +116,32 @@ def read_sensor(setup: RunSetup, motion: Any, sample: int, last: float) -> float
     return speed + setup.noise[sample]  # type: ignore[no-any-return]
 
 
+def planned_at(setup: RunSetup, place: int) -> float:
+    """Return the reference at a solver step, rad/s; not a number beyond its end."""
+    return setup.reference[natural(place)] if place < setup.reference.size else math.nan
+
+
 def inputs_at(
     setup: RunSetup, sample: int, velocity: float, position: float, correction: float, realised: float, elapsed: float
 ) -> Inputs:
     """Return what a controller is given at a sample: what is planned, and what is measured.
 
-    The realised torque is not a number where the drive reports none, N m; the time since the last sample is in s.
+    The realised torque is not a number where the drive reports none, N m; the time since the last sample is in s. When
+    the next sample will really come, where sampling jitters, no plan knows.
     """
-    following = natural(sample + 1)
+    now = setup.samples[sample]
     return Inputs(
-        reference=setup.reference[natural(setup.samples[sample])],
+        reference=planned_at(setup, now),
         velocity=velocity,
-        next_reference=setup.reference[natural(setup.samples[following])],
+        next_reference=planned_at(setup, now + setup.spacing),
         correction=correction,
         position=position,
         realised_torque=realised,
         feedforward=0.0,
         inertia=math.nan,
         dt=elapsed,
-        acting_reference=setup.acting[sample],
-        next_acting_reference=setup.acting[following],
+        acting_reference=planned_at(setup, now + setup.lead),
+        next_acting_reference=planned_at(setup, now + setup.lead + setup.spacing),
     )
 
 

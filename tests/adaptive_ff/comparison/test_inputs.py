@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from adaptive_ff import JointGroup, load_scenario, simulate
 from adaptive_ff.comparison.registry import CONTROLLERS, FIXED
 from adaptive_ff.comparison.running import Drive
+from adaptive_ff.simulation.loop import NEVER, inputs_at, planned_at
 from controllers import PI, Inputs, feedback_state, planned_inputs
 
 NAMES = [name for name in CONTROLLERS if name not in FIXED]
@@ -69,7 +70,7 @@ FED |= {"feedback_error": 0.95, "disturbance_observer": 1.02}
 
 def blind(setup):
     """The same setup; the plan is known up to the next sample."""
-    return setup._replace(acting=np.full_like(setup.acting, math.nan))
+    return setup._replace(lead=NEVER)
 
 
 @pytest.mark.parametrize("delay", [0.0, 0.01, 0.015])
@@ -79,8 +80,9 @@ def test_the_plan_is_that_of_when_the_torque_acts(delay):
     times = setup.samples * setup.solver_period + delay
     known = times < 6.0 + 1e-9
     wanted = np.interp(times, scenario.times(), setup.reference)
-    assert setup.acting[known] == pytest.approx(wanted[known], abs=1e-12)
-    assert np.all(np.isnan(setup.acting[~known]))
+    acting = np.array([planned_at(setup, place + setup.lead) for place in setup.samples])
+    assert acting[known] == pytest.approx(wanted[known], abs=1e-12)
+    assert np.all(np.isnan(acting[~known]))
     assert np.count_nonzero(~known) == math.ceil(delay / 0.01)
 
 
@@ -95,13 +97,21 @@ def test_each_controller_is_given_the_plan_for_the_delay_that_it_reckons_with():
     """All but the oracle reckon with the one that the scenario tells, here none."""
     scenario = load_scenario("delay_unknown")
     setup = build_setup(scenario)
-    assert Drive(make("adaptive", scenario), setup).setup is setup
-    assert setup.lead == 0
+    assert Drive(make("adaptive", scenario), setup).setup.lead == setup.lead == 0
     seen = Drive(make("oracle", scenario), setup).setup
     assert seen.lead == round(scenario.actuator.delay / setup.solver_period) > 0
-    later = setup.samples + seen.lead
-    inside = later < setup.reference.size
-    assert np.array_equal(seen.acting[inside], setup.reference[later[inside]])
+    given, later = inputs_at(seen, 7, 0.0, 0.0, 0.0, math.nan, 0.01), setup.samples[7:9] + seen.lead
+    assert [given.acting_reference, given.next_acting_reference] == setup.reference[later].tolist()
+
+
+def test_of_a_sample_that_comes_late_no_plan_knows():
+    scenario = load_scenario("jittered_22ms")
+    setup = build_setup(scenario)
+    late = int(np.argmax(np.diff(setup.samples)))
+    planned = setup.samples[late] + round(scenario.sampling.period / setup.solver_period)
+    assert planned < setup.samples[late + 1]
+    given = inputs_at(setup, late, 0.0, 0.0, 0.0, math.nan, 0.022)
+    assert given.next_reference == given.next_acting_reference == setup.reference[planned]
 
 
 def test_a_group_hands_it_to_each_joint():

@@ -9,6 +9,7 @@ from adaptive_ff.baselines.model_based import ModelBased
 from adaptive_ff.baselines.paper import PaperController
 from adaptive_ff.friction.model import ESTIMATED, PER_DIRECTION
 from adaptive_ff.scenario.truth import true_model
+from adaptive_ff.simulation.loop import NEVER
 from controllers import PI, pi_gains
 from plant import Joint
 
@@ -30,7 +31,7 @@ def oracle(delay, scenario=SCENARIO):
 def error(controller, delay, scenario=LONG):
     """Settled error behind a drive with a computation delay, in periods; the reference of then is not known."""
     setup, late = build_setup(scenario), round(delay * PERIOD / scenario.joint.solver_period)
-    setup = setup._replace(delay=late, acting=np.full_like(setup.acting, np.nan))
+    setup = setup._replace(delay=late, lead=NEVER)
     return error_of(setup, drive(controller, setup)[0], 15.0)
 
 
