@@ -117,12 +117,14 @@ def spectrum(motion: Array, period: float, *, is_position: bool) -> Spectrum:
     upper = frequency > 0.3 / period
     weight = float(np.sum(window**2))
     white = float(np.median(power[upper] / gain[upper])) / math.log(2.0)
-    noise = max(white, _of_counts(motion, period) * weight / (2.0 * period)) if is_position else white
+    of_counts, told = _of_counts(motion, period) if is_position else (0.0, math.inf)
+    noise = max(white, of_counts * weight / (2.0 * period))
     width = max(1, min(15, power.size // 20))
     smooth = np.convolve(power, np.ones(width) / width, "same")
     measured: Array = np.where(smooth > 4.0 * noise * gain, np.maximum(power - noise * gain, 0.0), 0.0)
     if not measured.any():
         measured = power
+    measured[frequency > told] = 0.0
     measured[frequency >= _gap(frequency, measured)] = 0.0
     end, slow = (_below(frequency, measured, fraction) for fraction in (TUNING.motion_power, 0.5))
     accelerated = float(np.sum((measured * frequency**2)[frequency <= TUNING.times_motion * end]))
@@ -131,18 +133,20 @@ def spectrum(motion: Array, period: float, *, is_position: bool) -> Spectrum:
     return Spectrum(end, quiet, slow, 2.0 * period * white / weight, is_position)
 
 
-def _of_counts(position: Array, period: float) -> float:
-    """Return the density of the error of a position in counts ``q``, rad^2/Hz: ``q^2/12`` up to their rate, Hz.
+def _of_counts(position: Array, period: float) -> tuple[float, float]:
+    """Return the density of the error of a position in counts ``q``, rad^2/Hz, and half their rate, Hz.
 
-    That is W. R. Bennett's of 1948; where a count takes many rows, the end of the spectrum does not tell it. It is zero
-    where the position is none in counts.
+    The density is ``q^2/12`` up to the rate, W. R. Bennett's of 1948; where a count takes many rows, the end of the
+    spectrum does not tell it. Beyond half the rate counts hold no motion (H. Nyquist 1928). A position that is none in
+    counts has no such error, and no such end.
     """
     steps = np.abs(np.diff(position))
     moved = steps[steps > 0.0]
     counts = moved / np.min(moved, initial=np.inf)
     if not moved.size or np.median(np.abs(counts - np.round(counts))) > TUNING.whole:
-        return 0.0
-    return float(np.min(moved)) ** 2 / 12.0 * period / min(moved.size / steps.size, 0.5)
+        return 0.0, math.inf
+    density = float(np.min(moved)) ** 2 / 12.0 * period / min(moved.size / steps.size, 0.5)
+    return density, 0.5 * float(np.sum(counts)) / (steps.size * period)
 
 
 def choose_band(found: Spectrum, period: float, given: float | None) -> float:

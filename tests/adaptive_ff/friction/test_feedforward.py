@@ -24,6 +24,7 @@ PERIOD = 0.01
 
 def test_power_of_the_fastest_speeds_stays_finite():
     assert [stribeck_power(1e9, 1e-3, shape) for shape in (0.7, 1.0, 2.0)] == [1e4] * 3
+    assert [stribeck_power(0.5, 1.0, shape) for shape in (1.0, 2.0, 4.0)] == [0.5, 0.25, 0.0625]
 
 
 def static_friction(model, velocity, direction):
