@@ -325,6 +325,16 @@ def test_lines_of_an_encoder_beyond_an_empty_octave_are_no_motion():
         assert spectrum(velocity, 0.001, is_position=False).motion == pytest.approx(motion, abs=0.11)
 
 
+@pytest.mark.parametrize("speed", [110.0, 205.0])
+def test_counts_passed_at_constant_speed_are_no_motion(speed):
+    """More than half of the power of the velocity is theirs: the motion ended above 400 Hz."""
+    velocity = speed * np.interp(0.001 * np.arange(40_000) % 4.0, [0.0, 0.3, 1.7, 2.3, 3.7, 4.0], [0, 1, 1, -1, -1, 0])
+    position = 0.001 * np.cumsum(velocity)
+    counted, exact = (spectrum(one, 0.001, is_position=True) for one in (np.round(position), position))
+    assert (counted.motion, counted.slow) == (exact.motion, exact.slow)
+    assert counted.quiet < 10.0
+
+
 @pytest.mark.parametrize(("moving", "scatter"), [("position", 1e-3), ("velocity", 0.03)])
 def test_noise_of_the_motion_is_as_large_in_its_columns_as_is_said(moving, scatter):
     log, said, there = make_log(period=0.004), [], []
