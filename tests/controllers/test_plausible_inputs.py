@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from controllers import planned_inputs
-from controllers.plausibility import Guard, checked_inputs
+from controllers.plausibility import Guard, checked_inputs, inertia_bounds, kept, largest_torque
 from controllers.saved_state import plain_state, rebuilt_state
 from controllers.torques import acting_torque, slope_torque
 
@@ -95,3 +95,9 @@ def test_a_state_is_that_of_its_content_in_types_and_shapes():
 def test_content_of_another_shape_is_refused_with_its_place(change, said):
     with pytest.raises(ValueError, match=said):
         rebuilt_state(SAVED, {**plain_state(SAVED), **change}, "state")
+
+
+def test_bounds_of_loops_with_small_gains_or_none_and_of_what_an_observer_holds():
+    assert [largest_torque(*gains) for gains in ((0.5, 0.0), (0.0, 0.5), (0.0, 0.0))] == [5e4, 5e4, math.inf]
+    assert inertia_bounds(0.0) == (0.0, math.inf)
+    assert [kept(value) for value in (0.9e30, -1.1e30, math.nan)] == [0.9e30, 0.0, 0.0]

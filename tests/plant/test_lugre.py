@@ -228,3 +228,10 @@ def test_damping_that_would_let_friction_give_energy_is_refused():
     with pytest.raises(ValidationError, match="it must be at most"):
         LuGreJoint(**FIELDS, damping=0.9999 * most, coulomb_backward=59.0, solver_period=1e-4)
     assert LuGreJoint(**{**FIELDS, "stiffness": 1e7}, solver_period=1e-5).parameters.damping == pytest.approx(most)
+
+
+def test_damping_is_critical_beside_the_lesser_of_both_viscous_frictions():
+    fields = {"inertia": 20.0, "coulomb": 60.0, "stiction": 90.0, "stribeck_velocity": 0.05, "stiffness": 1e4}
+    both = [{"viscous": one, "viscous_backward": other} for one, other in ((10.0, 80.0), (80.0, 10.0), (80.0, 80.0))]
+    first, mirrored, more = (LuGreJoint(**fields, **sides).parameters.damping for sides in both)
+    assert first == mirrored == pytest.approx(more + 70.0)

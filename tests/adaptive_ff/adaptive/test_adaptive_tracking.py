@@ -74,7 +74,7 @@ def test_every_constant_can_be_set_and_acts():
     setup = build_setup(SCENARIO.modified(duration=5.0))
     first, second = (drive(one, setup)[0].torque for one in controllers)
     assert not np.array_equal(first, second)
-    assert controllers[1].observer_gain < 1e-12
+    assert abs(controllers[1].observer_gain) < 1e-12 < controllers[0].observer_gain
 
 
 @pytest.mark.parametrize("load", [0.0, 5.0])

@@ -11,6 +11,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from adaptive_ff import AdaptiveController
+from adaptive_ff.adaptive.state_check import check_adaptive_state
 from adaptive_ff.friction.model import ESTIMATED, PER_DIRECTION_WITH_GRAVITY
 from adaptive_ff.learning.kalman import LOOP
 from controllers import Inputs, pi_gains
@@ -198,3 +199,12 @@ def expected():
 def test_a_joint_in_other_units_moves_alike(torque_unit, angle_unit, expected):
     """In units that are powers of two, whose arithmetic is exact but for bounds that stand for rounding."""
     np.testing.assert_allclose(torques(torque_unit, angle_unit), expected, rtol=0.0, atol=1e-3)
+
+
+def test_a_state_with_a_deviation_beyond_that_of_any_machine_is_refused():
+    controller = adaptive()
+    state = controller.state
+    check_adaptive_state(controller.parameters, state)
+    estimate = state.estimate._replace(covariance=1e60 * state.estimate.covariance)
+    with pytest.raises(ValueError, match=r"^state\.estimate\.covariance is not allowed: no deviation is beyond"):
+        check_adaptive_state(controller.parameters, state._replace(estimate=estimate))

@@ -308,3 +308,17 @@ def test_a_table_counts_the_given_regressors_beside_those_of_the_chain():
     assert [joint.regressors.size for joint in group.joints.values()] == [5, 0]
     with pytest.raises(ValueError, match=r"^shoulder has regressors = 1; it must be 2 at least"):
         JointGroup(controllers((1, 0)), {"elbow": ["shoulder"]})
+
+
+def test_a_joint_behind_another_has_no_map_over_its_own_angle():
+    table = chain(2)
+    table["joints"]["joint_1"]["ripple_periods"] = [0.5]
+    with pytest.raises(ValueError, match=r"^joint_1\.preceding is not allowed with ripple_periods"):
+        JointGroup.from_table(table)
+
+
+def test_inertias_are_positive():
+    group = JointGroup.from_table(chain(2))
+    group.step([0.1, 0.1], [0.1, 0.1], inertia=[0.5, 20.0])
+    with pytest.raises(ValueError, match=r"^inertia of joint_1 = 0\.0 is not allowed: it must be positive and finite"):
+        group.step([0.1, 0.1], [0.1, 0.1], inertia=[0.5, 0.0])

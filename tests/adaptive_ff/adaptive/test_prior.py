@@ -100,3 +100,9 @@ def test_slopes_are_the_derivatives_of_the_estimates(controller):
     expected = np.array([(estimates(mean + step) - estimates(mean - step)) / 2e-5 for step in steps]).T
     np.testing.assert_allclose(slopes, expected, rtol=1e-6, atol=1e-8)
     assert np.all(np.any(slopes[:, LOOP:], axis=1) | (np.array(controller.estimate_names) == "offset"))
+
+
+@pytest.mark.parametrize("deviation", [-0.1, 0.0, math.inf])
+def test_a_deviation_is_positive_and_finite(deviation):
+    with pytest.raises(ValueError, match=f"^deviation = {deviation} is not allowed: it must be positive and finite"):
+        adaptive(model=MODEL, deviation=deviation)

@@ -161,6 +161,7 @@ def test_friction_over_position_is_mapped_where_its_period_is_given():
     found = identify_log(log, position_periods=(turn,))
     assert "friction over position" in found.taken
     assert found.value("friction_sine_1") == pytest.approx(0.3, rel=0.05)
+    assert found.first_estimate()["position_map"] == pytest.approx((0.0, 0.3 / 0.8), abs=0.03)
     hats = identify_log(sines_log(lambda q, w: 0.8 * np.sign(w) + 0.4 * np.abs(q), rate=250)[0], position_hats=5)
     assert "force over position" in hats.taken
 

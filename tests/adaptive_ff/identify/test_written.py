@@ -140,6 +140,7 @@ def test_open_loop_follows_another_log_of_the_joint_and_not_one_of_another(heavy
     score = score_log(log.part(slice(0, 7500)), log.part(slice(7500, None)))
     assert score.grade == "follows"
     assert score.windows < 0.05 * score.moved
+    assert score.rms == pytest.approx(np.sqrt(np.mean((score.simulated - score.measured) ** 2)))
     assert score.fit == pytest.approx(100.0 * (1.0 - score.rms / np.std(score.measured)))
     assert score.found.best.values["inertia"] == pytest.approx(found.value("inertia"), rel=0.02)
     other, _ = sines_log(lambda q, w: 4.0 * np.sign(w) + 2.0 * np.sin(q + 0.3))
