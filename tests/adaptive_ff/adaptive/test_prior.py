@@ -106,3 +106,9 @@ def test_slopes_are_the_derivatives_of_the_estimates(controller):
 def test_a_deviation_is_positive_and_finite(deviation):
     with pytest.raises(ValueError, match=f"^deviation = {deviation} is not allowed: it must be positive and finite"):
         adaptive(model=MODEL, deviation=deviation)
+
+
+@pytest.mark.parametrize("parameters", ["inertia", 3])
+def test_parameters_that_are_none_are_named_as_they_were_given(parameters):
+    with pytest.raises(ValueError, match=f"^parameters = {parameters!r} is not allowed: it must be \\("):
+        adaptive(parameters)

@@ -74,6 +74,7 @@ def test_what_is_said_of_a_constant_stands_in_firmware_alone(fixed, tmp_path, mo
 
 
 def test_names_that_c_has_are_not_taken():
+    assert [texts.unit(said) for said in ("speed, rad/s", "a name")] == ["rad/s", ""]
     assert [texts.function_name(name) for name in ("own", "while", "tan")] == ["own", "while_", "tan_"]
     assert [texts.c_name(name) for name in ("own", "while", "tan")] == ["own", "while_", "tan"]
 
@@ -274,3 +275,10 @@ def test_numbers_of_numpy_are_those_that_compiled_code_sees():
 def test_what_has_no_place_is_refused(value):
     with pytest.raises(TypeError, match="compiled code takes numbers and arrays"):
         Memory(Inner(True, value, False))
+
+
+def test_firmware_has_loops_over_ranges_alone(tmp_path, monkeypatch):
+    text = "def kernel(x, n, row, table, point):\n    while x > 1.0:\n        x *= 0.5\n    return x\n"
+    assert "while" in written(text, tmp_path, monkeypatch, False)
+    with pytest.raises(NotTranslatable, match="in firmware a loop over a range replaces while"):
+        written(text, tmp_path, monkeypatch, True)
