@@ -149,7 +149,7 @@ class Controller:
             counted in ``rejected``: the controller takes the error for zero, keeps its integral and its estimates and
             goes on with its feedforward for two seconds; then ``fault`` is set and the torque fades to zero.
         next_reference : float, optional
-            Planned velocity at the next sample, rad/s (preview).
+            Planned velocity a nominal period from now, rad/s (preview), whenever the next sample really comes.
         correction : float, optional
             What an outer loop, such as a position loop, adds to the plan, rad/s. Only the feedback follows it:
             feedforward and instruments follow the plan.
