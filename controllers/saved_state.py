@@ -20,11 +20,8 @@ SAME = 1e-9
 LARGEST = 1e20
 """Numbers beyond that no state holds; a recursion over them would overflow."""
 
-MATRICES = {"information": 0.0, "covariance": -1e-7}
-"""Names of arrays that must be symmetric, and what their eigenvalues, scaled to ones on the diagonal, must exceed.
-
-A covariance may be singular: what is known for certain has none.
-"""
+LEAST_EIGENVALUE = -1e-7
+"""What the eigenvalues of a covariance, scaled to ones on the diagonal, must exceed: certainty has zeros."""
 
 
 def plain_state(value: Any) -> Any:
@@ -121,17 +118,16 @@ def check_numbers_of(value: Any, where: str) -> None:
             check_numbers_of(item, f"{where}.{key}")
         elif np.any(np.abs(np.asarray(item, dtype=np.float64)) > LARGEST):
             raise ValueError(f"{where}.{key} is not allowed: its numbers must be at most {LARGEST:g}")
-        elif key in MATRICES and not _is_definite(item if np.ndim(item) == 2 else unpacked(item), MATRICES[key]):
-            definite = "semi-definite" if MATRICES[key] < 0.0 else "definite"
-            raise ValueError(f"{where}.{key} is not allowed: it must be symmetric and positive {definite}")
+        elif key == "covariance" and not _is_semi_definite(item if np.ndim(item) == 2 else unpacked(item)):
+            raise ValueError(f"{where}.{key} is not allowed: it must be symmetric and positive semi-definite")
 
 
-def _is_definite(matrix: Any, least: float) -> bool:
+def _is_semi_definite(matrix: Any) -> bool:
     squares = np.diag(matrix)
     if np.any(squares < 0.0) or not np.allclose(matrix, np.transpose(matrix), rtol=SAME, atol=0.0):
         return False
     units = np.sqrt(np.where(squares > 0.0, squares, 1.0))
-    return bool(np.linalg.eigvalsh(matrix / np.outer(units, units))[0] > least)
+    return bool(np.linalg.eigvalsh(matrix / np.outer(units, units))[0] > LEAST_EIGENVALUE)
 
 
 def check_feedback(feedback: Any, largest: float) -> None:
