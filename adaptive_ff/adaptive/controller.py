@@ -213,7 +213,7 @@ class AdaptiveController(IdentifyingController):
         unit = float(proportional * stribeck_velocity)
         sure = tuning.model_deviation if deviation is None else deviation
         prior = prior_with(prior, hypothesis, tuning, names, model, sure, unit, stribeck_shape)
-        known = {} if model is None else dict(_items(model))
+        known = model._asdict() if isinstance(model, TorqueModel) else dict(model or {})
         coulomb = float(known.get("coulomb", 0.0))
         machine = machine._replace(offset=float(known.get("offset", 0.0)) if "offset" in names else 0.0)
         spread = tuning.map_deviation if map_deviation is None else map_deviation
@@ -328,10 +328,6 @@ class AdaptiveController(IdentifyingController):
             feedforward_enabled=state.feedforward_enabled,
             fed_gain=0.0,
         )
-
-
-def _items(model: TorqueModel | Mapping[str, float]) -> Any:
-    return (model._asdict() if isinstance(model, TorqueModel) else model).items()
 
 
 def prior_with(
