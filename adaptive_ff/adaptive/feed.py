@@ -63,14 +63,6 @@ class Fed(NamedTuple):
     largest: float
 
 
-def friction_over_paths(state: AdaptiveState) -> float:
-    """Return the Coulomb friction that follows over paths, N m."""
-    total = 0.0
-    for i in range(state.friction.bent.size):
-        total += state.estimate.mean[LOOP + PATHS + i]
-    return total
-
-
 def at_standstill(
     parameters: AdaptiveParameters, state: AdaptiveState, inputs: Inputs, static: float, rests: bool
 ) -> tuple[FrictionState, float, float, float]:
@@ -111,7 +103,9 @@ def feed_in_place(
         Position in the middle of it, rad; not a number where it is not known.
     """
     machine, mean, psi = parameters.machine, state.estimate.mean, state.psi
-    paths, last = friction_over_paths(state), mean.size - 1
+    paths, last = 0.0, mean.size - 1
+    for i in range(state.friction.bent.size):
+        paths += mean[LOOP + PATHS + i]
     coulomb, stiction = mean[LOOP + COULOMB], mean[LOOP + STICTION]
     largest = max(coulomb, stiction) + paths
     rests = inputs.reference == 0.0 and start == 0.0 and end == 0.0

@@ -220,8 +220,10 @@ class LogIdentification(Reported):
         parameters : sequence of str, optional
             What the controller is to identify; by default what suits the model.
         """
+        suiting = ["directions"] * bool(self.value(ASYMMETRY)) + ["gravity"] * (not self.linear)
+        names = IDENTIFIED["_and_".join(suiting) or "offset"]
         try:
-            names = self._suiting() if parameters is None else check_parameters(parameters, ALL_CHOICES)
+            names = names if parameters is None else check_parameters(parameters, ALL_CHOICES)
         except ValueError as error:
             raise InputError(str(error)) from error
         model, scale = self.torque_model(torque_constant), self._torque_scale(torque_constant)
@@ -259,10 +261,6 @@ class LogIdentification(Reported):
             "position_range": (place.low, place.high) if place.hats else None,
             "position_map": tuple(min(max(one, -TUNING.most_variation), TUNING.most_variation) for one in fractions),
         }
-
-    def _suiting(self) -> tuple[str, ...]:
-        parts = ["directions"] * bool(self.value(ASYMMETRY)) + ["gravity"] * (not self.linear)
-        return IDENTIFIED["_and_".join(parts) or "offset"]
 
     def _torque_scale(self, torque_constant: float | None) -> float:
         """Return the factor from the log's torque to N m (N)."""

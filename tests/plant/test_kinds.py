@@ -1,6 +1,5 @@
 """What every kind of joint promises: it serves the same loop, stands in the same tables and is refused alike."""
 
-import inspect
 import itertools
 import math
 from functools import partial
@@ -13,7 +12,6 @@ from stepped_joint import along_paths, run
 import plant
 from controllers import compiled
 from plant.elasto_plastic import mobilised_torque
-from plant.fields import Table
 from plant.lugre import bristle_torque
 from plant.maxwell import Element, added_torque
 
@@ -139,15 +137,3 @@ def test_compiled_step_is_the_plain_one(model, shape):
 def test_torque_that_is_not_a_number_does_not_look_like_rest(model):
     state = plant.initial_state(model.parameters, 0.0)
     assert math.isnan(plant.STEP_JOINT[type(model.parameters)](model.parameters, state, math.nan, 0.001).velocity)
-
-
-class Made(Table):
-    """A table."""
-
-    size: float  # length, m
-    other: float | None = None  # of the other direction, m
-
-
-def test_a_table_is_documented_by_its_comments():
-    assert str(inspect.signature(Made)) == "(*, size: float, other: float | None = None)"
-    assert "size : float\n    Length, m.\nother : float, optional\n    Of the other direction, m." in Made.__doc__
