@@ -117,14 +117,14 @@ def spectrum(motion: Array, period: float, *, is_position: bool) -> Spectrum:
     upper = frequency > 0.3 / period
     weight = float(np.sum(window**2))
     white = float(np.median(power[upper] / gain[upper])) / math.log(2.0)
-    of_counts, told = _of_counts(motion, period) if is_position else (0.0, math.inf)
+    of_counts, highest = _of_counts(motion, period) if is_position else (0.0, math.inf)
     noise = max(white, of_counts * weight / (2.0 * period))
     width = max(1, min(15, power.size // 20))
     smooth = np.convolve(power, np.ones(width) / width, "same")
     measured: Array = np.where(smooth > 4.0 * noise * gain, np.maximum(power - noise * gain, 0.0), 0.0)
     if not measured.any():
         measured = power
-    measured[frequency > told] = 0.0
+    measured[frequency > highest] = 0.0
     measured[frequency >= _gap(frequency, measured)] = 0.0
     end, slow = (_below(frequency, measured, fraction) for fraction in (TUNING.motion_power, 0.5))
     accelerated = float(np.sum((measured * frequency**2)[frequency <= TUNING.times_motion * end]))

@@ -102,13 +102,12 @@ function fill() {
   const noise = sliders.map((slider, k) => slider.noise[shown.stops[k]]);
   const sigma = noise.find((value, k) => value !== sliders[k].noise[sliders[k].start]) ?? noise[0];
   for (const run of runs) {
-    const full = run.series('2/reference'), acting = run.series('2/acting'), drawn = run.series('2/noise');
+    const full = run.series('2/reference'), drawn = run.series('2/noise');
     const rest = full.length - 1;
     for (let i = 0; i <= rest; i++) {
       const left = Math.min(1, (rest - i) * step / FADE);  // live, the motion ends at rest, and begins again
       full[i] = peak * unit[i] * (shown.live ? left * left * (3 - 2 * left) : 1);
     }
-    for (let k = 0; k < acting.length; k++) acting[k] = full[k * ratio];
     const normal = doubles(blob + machine().noise, drawn.length);
     for (let k = 0; k < drawn.length; k++) drawn[k] = sigma * normal[k];
   }

@@ -27,7 +27,7 @@ from controllers.kernels.types import type_of
 Way = tuple[str | int, ...]
 Json = dict[str, Any]
 
-SERIES: dict[Way, str] = {(2, "reference"): "reference", (2, "acting"): "acting", (2, "noise"): "noise"}
+SERIES: dict[Way, str] = {(2, "reference"): "reference", (2, "noise"): "noise"}
 """Arrays of the arguments that the page fills by motion and noise."""
 
 STATE, POSITION, STOP = 1, 3, 4
