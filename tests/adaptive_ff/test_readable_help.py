@@ -99,9 +99,8 @@ def test_stranger_is_named(tmp_path, stranger):
     path = tmp_path / stranger
     path.parent.mkdir(exist_ok=True)
     path.write_text("X = 1\n", encoding="utf-8")
-    done = subprocess.run(
-        [sys.executable, "-c", "import adaptive_ff"], cwd=tmp_path, capture_output=True, text=True, check=False
-    )
+    command = [sys.executable, "-c", "import adaptive_ff"]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
     assert done.returncode == 1
     last = done.stderr.strip().splitlines()[-1]
     name = stranger.partition("/")[0].removesuffix(".py")

@@ -125,10 +125,9 @@ def words_of(function, *arguments, show=lambda value: digest(plain(value)), **na
     return show(value) if not hasattr(value, "model_dump") else "accepted"
 
 
-MOVING = [
-    controllers.Inputs._fields.index(one) for one in ("reference", "next_reference", "acting_reference", "velocity")
-]
-TORQUES = [controllers.Inputs._fields.index(one) for one in ("realised_torque", "feedforward", "inertia")]
+INPUTS = controllers.Inputs._fields
+MOVING = [INPUTS.index(one) for one in ("reference", "next_reference", "acting_reference", "velocity")]
+TORQUES = [INPUTS.index(one) for one in ("realised_torque", "feedforward", "inertia")]
 
 
 def controller_figures(make, samples=110, torque=1.0, speed=1.0):
@@ -251,9 +250,8 @@ def fit_figures():
     time = 0.005 * np.arange(2000)
     velocity = 0.2 * np.sin(1.9 * time) + 0.1 * np.sin(5.3 * time + 0.4)
     sign, generator = np.sign(velocity), np.random.default_rng(101)
-    torque = (
-        20.0 * np.gradient(velocity, time) + 80.0 * velocity + sign * (60.0 + 30.0 * np.exp(-np.abs(velocity) / 0.05))
-    )
+    friction = sign * (60.0 + 30.0 * np.exp(-np.abs(velocity) / 0.05))
+    torque = 20.0 * np.gradient(velocity, time) + 80.0 * velocity + friction
     torque += 0.5 * generator.standard_normal(time.size)
     series = adaptive_ff.identify_series(velocity, torque, 0.005, stribeck_velocity=0.05, use=np.abs(velocity) > 0.01)
     form = adaptive_ff.identify_torque_form(
@@ -262,9 +260,8 @@ def fit_figures():
     speeds = np.geomspace(0.005, 0.4, 10)
     drives = np.repeat(np.concatenate([speeds, -speeds])[:, np.newaxis], 6, axis=1)
     readings = np.sign(drives) * (60.0 + 30.0 * np.exp(-np.abs(drives) / 0.05)) + 80.0 * drives + 2.0
-    points = adaptive_ff.support_points(
-        drives, readings + generator.standard_normal(drives.shape) * (0.5 + np.abs(drives))
-    )
+    noise = generator.standard_normal(drives.shape) * (0.5 + np.abs(drives))
+    points = adaptive_ff.support_points(drives, readings + noise)
     found = {"series": tables(series.physical), "form": tables(form.physical), "used": int(np.sum(form.used))}
     found |= {"rows": int(np.sum(series.used)), "points": rms(points.standard_error), "torque": rms(points.torque)}
     both, forward = (points.velocity, points.torque, points.standard_error), points.velocity > 0.0
@@ -285,22 +282,17 @@ CURVES = {
 
 def curve_figures():
     """Return what is made of points along curves, exact and noisy, few and many."""
-    found = {}
+    found, points = {}, [("few", 7, 0.05, 0.8), ("many", 30, 0.02, 0.95), ("nearly exact", 9, 1e-3, 0.5)]
     for name, curve in CURVES.items():
-        for label, count, noise, confidence in (
-            ("few", 7, 0.05, 0.8),
-            ("many", 30, 0.02, 0.95),
-            ("nearly exact", 9, 1e-3, 0.5),
-        ):
+        for label, count, noise, confidence in points:
             speed = np.geomspace(0.004, 0.6, count)
             sign = np.where(np.arange(count) % 2, -1.0, 1.0) if name == "two-sided" else np.ones(count)
             error = 1.0 + np.arange(count) % 3
             torque = sign * curve(speed, sign) + noise * error * np.random.default_rng(107).standard_normal(count)
             with warnings.catch_warnings(record=True) as said:
                 warnings.simplefilter("always")
-                fit = adaptive_ff.fit_stribeck(
-                    sign * speed, torque, error if count > 9 else None, confidence=confidence
-                )
+                errors = error if count > 9 else None
+                fit = adaptive_ff.fit_stribeck(sign * speed, torque, errors, confidence=confidence)
             found[f"{name} {label} warns"] = " | ".join(NAMED.sub("#", str(one.message)) for one in said)
             values = {"scatter": fit.scatter, "determined": int(fit.determined)}
             values["curve"] = rms(fit.curve([-0.1, 0.0, 0.02]))
@@ -332,9 +324,8 @@ def steered(velocity, further=None):
     position = np.cumsum(speed) * 0.01
     known = 2.0 * np.cos(1.3 * position)
     torque = 2.0 * np.gradient(speed, time) + 4.0 * speed + np.sign(speed) * (3.0 + 0.2 * np.abs(known)) - known
-    torque += coloured(time.size, 0.01, 0.05, np.random.default_rng(105)) + (
-        further(position, speed) if further else 0.0
-    )
+    beside = further(position, speed) if further else 0.0
+    torque += coloured(time.size, 0.01, 0.05, np.random.default_rng(105)) + beside
     return Log("steered", time, torque, position=position, extra={KNOWN: known})
 
 
@@ -416,9 +407,8 @@ def restored_figures(make):
     saved, found, learns = json.loads(controller.state_to_json()), {}, hasattr(controller, "diagnose")
     for content, key, name in leaves(saved):
         known, said = content[key], []
-        near = (
-            (known * (1.0 + 1e-10), known * (1.0 + 3e-9)) if "belongs_to" in name and isinstance(known, float) else ()
-        )
+        is_own = "belongs_to" in name and isinstance(known, float)
+        near = (known * (1.0 + 1e-10), known * (1.0 + 3e-9)) if is_own else ()
         for content[key] in (0, -1.0, 5, 1e9, -1e18, 90 * "x", *near):
             said.append(words_of(controller.state_from_json, json.dumps(saved)))
         said += [f"{one.code} {one.names}" for one in controller.diagnose().findings] if learns else []
@@ -432,10 +422,8 @@ def restored_figures(make):
 
 
 LADDER = (-1e3, -1, 0.0, 1e-9, 1e-3, 0.05, 0.3, 0.5, 1, 1.5, 2, 5, 10, 11, 20, 21, 100, 1e3, 1e5, 1e6, 1e12, 1e200)
-SLOW_NAMES = (
-    "Comparison Disturbance.gains Joint.step Repetitive compare design export_ fastest fit_ identify_ kalman_ read_"
-)
-SLOW_NAMES += " run_in simulate systems"
+SLOW_NAMES = """Comparison Disturbance.gains Joint.step Repetitive compare design export_ fastest fit_ identify_ kalman_
+    read_ run_in simulate systems"""
 
 
 NAMED = re.compile(r"(?<![\w.])-?\d+(?:\.\d+)?(?:e[+-]?\d+)?(?![\w.])")
@@ -531,12 +519,10 @@ def tables(estimates):
 
 def export_figures():
     """Return digests of the files of exported loops, numbers of versions apart."""
-    found = {}
+    found, loop = {}, controllers.PI(1256.0, 15800.0, 0.01, delay=1.5)
     for label, options in (("double", {}), ("single", {"single": True, "prefix": "axis"})):
         with TemporaryDirectory() as folder:
-            for file in sorted(
-                adaptive_ff.export_controller(controllers.PI(1256.0, 15800.0, 0.01, delay=1.5), folder, **options)
-            ):
+            for file in sorted(adaptive_ff.export_controller(loop, folder, **options)):
                 text = file.read_text(encoding="utf-8").replace(adaptive_ff.__version__, "")
                 found[f"{label} {file.name}"] = digest([text])
     return found
@@ -563,10 +549,8 @@ REFUSED = [
     *({"reference": {"kind": "point_to_point", "distance": 0.1, one: -1.0}} for one in ("jerk", "dwell")),
     {"reference": {"kind": "point_to_point", "distance": 0.1, "positions": [0.1]}},
     {"reference": {"kind": "staircase", "velocities": [0.0]}},
-    *(
-        {"sensor": {"velocity_noise": 0.0, **one}}
-        for one in ({"leap": 3.0}, {"held_share": 0.1}, {"ripple_amplitude": 2.0})
-    ),
+    *({"sensor": {"velocity_noise": 0.0, one: size}} for one, size in (("leap", 3.0), ("held_share", 0.1))),
+    {"sensor": {"velocity_noise": 0.0, "ripple_amplitude": 2.0}},
     {"sensor": {"velocity_noise": 0.0, "leap": 3.0, "leap_share": 0.1, "encoder_resolution": 1e-4}},
     {"sensor": {"encoder_resolution": 1e-4}},
     {"sensor": {"velocity_noise": 0.0, "encoder_resolution": 4096.0}},
@@ -702,11 +686,8 @@ def refused_logs():
     return found | {f"log {one}": words_of(adaptive_ff.identify_log, log, **one) for one in NOT_IDENTIFIED}
 
 
-ROOMS = (
-    "plant",
-    "controllers",
-    *(f"adaptive_ff.{one}" for one in ["friction", "learning", "adaptive", "identify", "simulation"]),
-)
+INNER = ("friction", "learning", "adaptive", "identify", "simulation")
+ROOMS = ("plant", "controllers", *(f"adaptive_ff.{one}" for one in INNER))
 
 STEPPED = (*NAMES, "adaptive_unsupervised")
 """Controllers that are made without a run of identification or tuning."""

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 from stepped_joint import FRICTION, TORQUE, VELOCITY, accepted, ends, friction_fields, mirrored, run
 
+import plant
 from plant import BacklashJoint, BacklashState, ElasticJoint, ElasticState, initial_state, step_backlash, step_elastic
 
 FIELDS = {"inertia": 20.0, **FRICTION, "link_share": 0.6, "link_stiffness": 5e4, "gap": 0.002}
@@ -76,9 +77,8 @@ def by_radau(torque, duration):
         event.terminal = True
     time, state = 0.0, [0.0, 0.0, 0.0]
     while time < duration - 1e-12:
-        found = solve_ivp(
-            slope, (time, duration), state, method="DOP853", rtol=1e-11, atol=1e-14, events=touch, max_step=0.01
-        )
+        exactly = {"method": "DOP853", "rtol": 1e-11, "atol": 1e-14}
+        found = solve_ivp(slope, (time, duration), state, events=touch, max_step=0.01, **exactly)
         assert found.success
         time, state = found.t[-1], found.y[:, -1]
         if time < duration:  # a little past the event, so that it is not met again
@@ -194,3 +194,11 @@ def test_link_coasts_in_the_gap_while_the_motor_sticks():
     assert motion[:, 0] == pytest.approx(0.01)  # 1 mrad at 10 mrad/s
     later = run(joint, REST._replace(velocity=0.01), np.zeros(150), 1e-3)
     assert later[-1, 0] < -0.005  # turned round at the gap's end
+
+
+@pytest.mark.parametrize("wind", [-0.01, 1e-5, 0.01])
+def test_a_free_end_winds_until_spring_hysteresis_and_damping_are_in_balance(wind):
+    joint, rate = model(hysteresis=50.0, hysteresis_reach=1e-3).parameters, 1e4
+    winding = plant.backlash.free_winding(joint, REST._replace(wind=wind), rate)
+    hysteresis = min(max(joint.hysteresis_stiffness * winding, -joint.hysteresis), joint.hysteresis)
+    assert joint.link_stiffness * (wind + winding) + hysteresis + rate * winding == pytest.approx(0.0, abs=1e-9)

@@ -10,8 +10,9 @@ import pytest
 from closed_loops import SCENARIO
 
 from adaptive_ff import PER_DIRECTION_WITH_GRAVITY, WITH_GRAVITY, WITH_OFFSET, AdaptiveController, simulate
+from adaptive_ff.adaptive.coming import following_reference
 from adaptive_ff.report.diagnosis import map_sentences
-from controllers import PI
+from controllers import PI, planned_inputs
 from tests.helpers import driven_joint
 from tests.helpers.driven_joint import GAINS, PERIOD, drive, known_position, make, reference_joint, rms
 
@@ -41,9 +42,8 @@ def test_a_ripple_of_a_known_period_is_learnt_and_fed():
         return 30.0 * math.sin(2.0 * math.pi * position / 0.2)
 
     informed, blind = make(ripple_periods=[0.2]), make()
-    seeing, alone = (
-        drive(one, reference_joint(), 0.0, END, load=ripple, position=known_position) for one in (informed, blind)
-    )
+    given = {"load": ripple, "position": known_position}
+    seeing, alone = (drive(one, reference_joint(), 0.0, END, **given) for one in (informed, blind))
     assert late(seeing) < 0.8 * late(alone)
     assert informed.estimates["ripple_sin_1"] == pytest.approx(30.0, abs=5.0)
 
@@ -83,9 +83,7 @@ def test_adversarial_corrections_leave_the_adaptive_part_bounded(name):
         joint = reference_joint()
         drive(controller, joint, 0.0, 12.0, **given)
         second = drive(controller, joint, 12.0, 24.0, correction=ADVERSARIES[name], **given)
-        follows = np.array(
-            [ADVERSARIES[name](time, angle) for time, angle in zip(second.time, second.position, strict=True)]
-        )
+        follows = list(map(ADVERSARIES[name], second.time, second.position))
         runs[label] = rms(second.error + follows)
     assert runs["adaptive"] < 1.1 * runs["pi"]
     for parameter in ("coulomb", "stiction", "offset", "gravity_sin", "gravity_cos"):
@@ -161,3 +159,17 @@ def test_further_regressors_carry_what_another_joint_hangs_on_this_one(unloaded)
     assert informed.estimates["regressor_1"] == pytest.approx(40.0, abs=3.0)
     assert informed.estimates["regressor_2"] == pytest.approx(0.0, abs=3.0)
     assert settled(drive(alone, reference_joint(), 0.0, END, load=load, position=known_position)) > 1.2 * settled(run)
+
+
+def test_without_a_preview_a_reference_goes_on_by_the_lesser_of_its_last_slopes():
+    moving, resting = (planned_inputs(now, now, math.nan, math.nan, PERIOD) for now in (0.4, 0.0))
+    found = [following_reference(*last, 5, moving) for last in ((0.2, 0.1), (0.3, 0.1), (0.5, 0.1))]
+    assert [*found, following_reference(0.1, 0.2, 5, resting)] == pytest.approx([0.5, 0.5, 0.4, 0.0])
+
+
+def test_a_lost_measurement_is_no_innovation():
+    controller = make(WITH_OFFSET)
+    for velocity in (0.1, 0.11, 0.1, 0.12, 0.1, math.nan):
+        watch = controller.state.watch
+        controller.step(0.1, velocity, next_reference=0.1)
+    assert controller.state.watch[:3] == watch[:3]

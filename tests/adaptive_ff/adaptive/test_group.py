@@ -315,10 +315,3 @@ def test_a_joint_behind_another_has_no_map_over_its_own_angle():
     table["joints"]["joint_1"]["ripple_periods"] = [0.5]
     with pytest.raises(ValueError, match=r"^joint_1\.preceding is not allowed with ripple_periods"):
         JointGroup.from_table(table)
-
-
-def test_inertias_are_positive():
-    group = JointGroup.from_table(chain(2))
-    group.step([0.1, 0.1], [0.1, 0.1], inertia=[0.5, 20.0])
-    with pytest.raises(ValueError, match=r"^inertia of joint_1 = 0\.0 is not allowed: it must be positive and finite"):
-        group.step([0.1, 0.1], [0.1, 0.1], inertia=[0.5, 0.0])

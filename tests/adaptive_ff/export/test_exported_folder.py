@@ -90,11 +90,10 @@ def test_a_controller_that_has_learnt_is_exported_so(tmp_path):
 
 @pytest.mark.usefixtures("compiled_quickly")
 def test_the_same_controller_gives_the_same_files(tmp_path):
-    for name in ("first", "second"):
-        export_controller(made("pi"), tmp_path / name, prefix="drive", with_fmu=True)
-    first, second = (
-        {file.name: file.read_bytes() for file in (tmp_path / name).iterdir()} for name in ("first", "second")
-    )
+    folders = [tmp_path / name for name in ("first", "second")]
+    for folder in folders:
+        export_controller(made("pi"), folder, prefix="drive", with_fmu=True)
+    first, second = ({file.name: file.read_bytes() for file in folder.iterdir()} for folder in folders)
     assert {"drive.c", "drive.fmu"} < set(first)
     assert first == second
 

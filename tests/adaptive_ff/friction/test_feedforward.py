@@ -223,9 +223,8 @@ def test_mean_torque_is_the_integral_of_the_lagged_friction_with_and_without_rev
 
 def tracking_error(name, solver_period, substeps, **joint):
     """Root of the mean square of the error along a motion with reversals, without noise."""
-    scenario = SCENARIO.modified(
-        joint={"solver_period": solver_period, **joint}, sampling={"period": substeps * solver_period}
-    )
+    sampling = {"period": substeps * solver_period}
+    scenario = SCENARIO.modified(joint={"solver_period": solver_period, **joint}, sampling=sampling)
     time = solver_period * np.arange(round(10.0 / solver_period) + 1)
     reference = 0.2 * np.sin(2.0 * np.pi * 0.3 * time) + 0.1 * np.sin(2.0 * np.pi * 0.8 * time)
     reference *= 1.0 - np.exp(-((time / 0.5) ** 3))  # from rest

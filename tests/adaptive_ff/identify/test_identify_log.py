@@ -166,6 +166,19 @@ def test_friction_over_position_is_mapped_where_its_period_is_given():
     assert "force over position" in hats.taken
 
 
+def test_friction_that_turns_over_a_path_is_found_with_it():
+    def turning(position, velocity):
+        turned, friction = 0.0, []
+        for moved, sign in zip(np.abs(np.diff(position, prepend=0.0)), np.sign(velocity), strict=True):
+            turned = sign + (turned - sign) * math.exp(-moved / 0.1)
+            friction.append(0.8 * turned)
+        return np.array(friction)
+
+    found = identify_log(sines_log(turning)[0])
+    assert found.taken == ("path",)
+    assert found.value("path") == pytest.approx(0.1, rel=0.05)
+
+
 @pytest.mark.parametrize("model", FAMILIES)
 def test_every_family_finds_the_joint_beside_a_force_over_position(model):
     log, _ = sines_log(lambda q, w: 0.8 * np.sign(w) + 0.4 * np.abs(q), seconds=20, rate=250)

@@ -187,10 +187,9 @@ def test_comments_of_the_scenario_are_intervals_of_its_own_values():
     """A dip at low speed is not simulated: the line through it is, with its own interval."""
     found = identify_log(sines_log(lambda q, w: np.sign(w) * (0.8 - 0.5 * np.exp(-np.abs(w) / 0.4)))[0])
     assert found.value("stiction_excess") < 0.0
+    joint = scenario_text(found, "reference.csv").partition("[sampling]")[0]
     for name in ("inertia", "coulomb", "viscous"):
-        (line,) = re.findall(
-            rf"^{name} = .* # .*", scenario_text(found, "reference.csv").partition("[sampling]")[0], re.M
-        )
+        (line,) = re.findall(rf"^{name} = .* # .*", joint, re.M)
         value, low, high = (float(number) for number in re.findall(r"= (\S+) .*interval (\S+) to (\S+)", line)[0])
         assert low < value < high
 

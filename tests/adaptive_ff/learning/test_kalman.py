@@ -65,9 +65,8 @@ def test_update_and_flow_are_those_of_a_kalman_filter(seed):
     other.update(y + x[-2:] @ estimate.mean[-2:], R=np.array([[noise]]), H=row[np.newaxis])
     normalised, _ = updated(estimate, x, y, noise)
     np.testing.assert_allclose(estimate.mean, other.x[:, 0], rtol=1e-6, atol=1e-9)
-    np.testing.assert_allclose(
-        unpacked(estimate.covariance), other.P, rtol=1e-6, atol=1e-9 * np.max(spread(rng, 2)) + 1e-9
-    )
+    absolute = 1e-9 * np.max(spread(rng, 2)) + 1e-9
+    np.testing.assert_allclose(unpacked(estimate.covariance), other.P, rtol=1e-6, atol=absolute)
     assert normalised == pytest.approx(float(other.y[0, 0]) / math.sqrt(float(other.S[0, 0])))
 
 
@@ -106,9 +105,8 @@ def test_two_modes_are_merged_from_two_kalman_filters(seed, weight, quiet, furth
     odds = np.array(odds) / sum(odds)
     mean = sum(part * other.x[:, 0] for part, other in zip(odds, filters, strict=True))
     apart = [other.x[:, 0] - mean for other in filters]
-    covariance = sum(
-        part * (other.P + np.outer(away, away)) for part, other, away in zip(odds, filters, apart, strict=True)
-    )
+    triples = zip(odds, filters, apart, strict=True)
+    covariance = sum(part * (other.P + np.outer(away, away)) for part, other, away in triples)
     _, found = updated(estimate, x, y, noise, modes=Modes(quiet, quiet + further, weight))
     assert found == pytest.approx(odds[1], rel=1e-6, abs=2e-6)
     np.testing.assert_allclose(estimate.mean, mean, rtol=1e-6, atol=1e-8)
@@ -152,9 +150,8 @@ def test_an_outlier_counts_no_more_than_the_clip_says(seed):
     plain, clipped, wild = (drawn(np.random.default_rng(seed), 4) for _ in range(3))
     x = rng.standard_normal(4)
     base = plain.mean.copy()
-    level = math.sqrt(
-        np.concatenate([[1.0, 0.0], x]) @ unpacked(plain.covariance) @ np.concatenate([[1.0, 0.0], x]) + 1.0
-    )
+    row = np.concatenate([[1.0, 0.0], x])
+    level = math.sqrt(row @ unpacked(plain.covariance) @ row + 1.0)
     centre = base[0] + x[:-2] @ base[LOOP:-2]
     updated(clipped, x, centre + 3.0 * level, 1.0, clip=3.0)
     updated(wild, x, centre + 1e6 * level, 1.0, clip=3.0)
