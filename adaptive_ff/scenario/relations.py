@@ -47,7 +47,7 @@ def check_changes(scenario: Content) -> None:
 
 
 def check_axis(scenario: Content) -> None:
-    """What is identified exists on this axis, and an encoder of a rotary one has more than a count a turn."""
+    """Check that what is identified exists on this axis, and that a rotary encoder has more than a count a turn."""
     step = scenario.sensor.encoder_resolution or 0.0
     if scenario.joint.axis == "rotary" and step >= 2.0 * math.pi:
         must = f"less than a turn; of {step:g} counts a turn it is {2.0 * math.pi / step:.4g}"
