@@ -10,7 +10,7 @@ import pkgutil
 import re
 import types
 import typing
-from functools import cache
+from functools import cache, partial
 
 import numpy as np
 
@@ -38,10 +38,26 @@ class Undrawable(Exception):
     """There is no rule for an annotation."""
 
 
-def number(generator):
-    if generator.random() < 0.35:
-        return SPECIAL[generator.integers(len(SPECIAL))]
-    return SIGNS[generator.integers(len(SIGNS))] * 10.0 ** generator.uniform(-2.0, 2.0)
+class Draws:
+    """Draws of numpy's generator of a seed, from its words: a call of the generator itself takes microseconds."""
+
+    def __init__(self, seed):
+        self._source = np.random.default_rng(seed).bit_generator  # whose state goes with it
+        words = self._source.ctypes
+        self.random = partial(words.next_double, words.state)
+        self._word = partial(words.next_uint32, words.state)
+
+    def below(self, limit):
+        return self._word() * limit >> 32 if limit > 1 else 0
+
+    def one_of(self, values):
+        return values[self.below(len(values))]
+
+
+def number(draws):
+    if draws.random() < 0.35:
+        return draws.one_of(SPECIAL)
+    return draws.one_of(SIGNS) * 10.0 ** (4.0 * draws.random() - 2.0)
 
 
 @cache
@@ -54,40 +70,40 @@ def fields_of(record):
     return None
 
 
-def drawn(annotation, generator):
+def drawn(annotation, draws):
     """Return a value of an annotation."""
-    origin, inner = typing.get_origin(annotation), typing.get_args(annotation)
     if annotation is float:
-        return number(generator)
+        return number(draws)
     if annotation is bool:
-        return bool(generator.random() < 0.5)
+        return draws.random() < 0.5
     if annotation is int:
-        return int(generator.integers(6 if generator.random() < 0.8 else 300))
+        return draws.below(6 if draws.random() < 0.8 else 300)
     if annotation is str:
-        return str(generator.choice(NAMES))
+        return draws.one_of(NAMES)
     if annotation is typing.Any:
-        return drawn(ANYTHING[generator.integers(len(ANYTHING))], generator)
+        return drawn(draws.one_of(ANYTHING), draws)
+    origin, inner = typing.get_origin(annotation), typing.get_args(annotation)
     if origin in MAPPINGS:
-        return {name: drawn(inner[1], generator) for name in NAMES[: generator.integers(len(NAMES))]}
+        return {name: drawn(inner[1], draws) for name in NAMES[: draws.below(len(NAMES))]}
     if origin in SEQUENCES:
-        return [drawn(inner[0], generator) for _ in range(generator.integers(1, 5))]
+        return [drawn(inner[0], draws) for _ in range(1 + draws.below(4))]
     if origin is typing.Literal:
-        return inner[generator.integers(len(inner))]
+        return draws.one_of(inner)
     if any(name in str(annotation) for name in ("ndarray", "NDArray", "ArrayLike")):
-        series = np.array([number(generator) for _ in range(SERIES)])
-        return series if generator.random() < 0.1 else np.nan_to_num(series)  # a hole is mostly refused
+        series = np.array([number(draws) for _ in range(SERIES)])
+        return series if draws.random() < 0.1 else np.nan_to_num(series)  # a hole is mostly refused
     if origin is tuple:
         kinds = [inner[0]] * 4 if inner[-1] is ... else inner
-        return tuple(drawn(kind, generator) for kind in kinds)
+        return tuple(drawn(kind, draws) for kind in kinds)
     if origin in (typing.Union, types.UnionType):
-        return drawn(inner[generator.integers(len(inner))], generator)
+        return drawn(draws.one_of(inner), draws)
     if annotation is type(None):
         return None
     annotation = getattr(annotation, "Parameters", annotation)  # for which a controller stands
     fields = fields_of(annotation)
     if not fields:
         raise Undrawable(annotation)
-    return annotation(**{name: drawn(kind, generator) for name, kind in fields.items()})
+    return annotation(**{name: drawn(kind, draws) for name, kind in fields.items()})
 
 
 def functions_of(room):
@@ -108,35 +124,31 @@ def functions_of(room):
 
 
 def plain(value):
-    """Yield the words of a result: numbers to six digits, and names."""
-    if isinstance(value, bool | np.bool_ | str | type(None)):
-        yield str(value)
-    elif isinstance(value, int | float | np.number):
-        yield f"{float(value):.6g}" if abs(value) > 1e-9 or value != value else "0"
-    elif isinstance(value, np.ndarray):
-        for one in value.ravel():
-            yield from plain(one)
+    """Return the words of a result: numbers to six digits, and names."""
+    if isinstance(value, float | int | np.number) and not isinstance(value, bool):
+        return [f"{float(value):.6g}" if abs(value) > 1e-9 or value != value else "0"]
+    if isinstance(value, np.ndarray):
+        value = value.ravel().tolist()
     elif isinstance(value, dict):
-        yield from plain(list(value.items()))
-    elif isinstance(value, tuple | list):
-        for one in value:
-            yield from plain(one)
+        value = value.items()
     elif dataclasses.is_dataclass(value):
-        yield from plain([getattr(value, one.name) for one in dataclasses.fields(value)])
-    else:
-        yield type(value).__name__
+        value = [getattr(value, one.name) for one in dataclasses.fields(value)]
+    elif isinstance(value, bool | np.bool_ | str | type(None)):
+        return [str(value)]
+    elif not isinstance(value, tuple | list):
+        return [type(value).__name__]
+    return [word for one in value for word in plain(one)]
 
 
 def digest(words):
     return hashlib.sha256("\n".join(words).encode()).hexdigest()[:8]
 
 
-def outcome(function, kinds, generator):
+def outcome(function, kinds, draws):
     """Return the words of a call, of what is given back, refused and made of its arguments; none of an error."""
-    arguments = {name: drawn(kind, generator) for name, kind in kinds.items()}
+    arguments = {name: drawn(kind, draws) for name, kind in kinds.items()}
     try:
-        given = plain(function(**arguments))
-        return [*given, *plain(list(arguments.values()))]
+        return [*plain(function(**arguments)), *plain(list(arguments.values()))]
     except Exception as error:
         said = re.sub(r"\d+\.\d+", lambda one: f"{float(one[0]):.5g}", str(error))
         return [type(error).__name__, said] if "is not allowed" in said else []
@@ -149,10 +161,10 @@ def digests(room):
         try:
             kinds = owner | typing.get_type_hints(function)
             del kinds["return"]
-            generator = np.random.default_rng(101)
+            draws = Draws(101)
             with np.errstate(all="ignore"):
-                calls = [outcome(function, kinds, generator) for _ in range(FIRST)]
-                calls += [outcome(function, kinds, generator) for _ in range(DRAWS) if any(calls)]
+                calls = [outcome(function, kinds, draws) for _ in range(FIRST)]
+                calls += [outcome(function, kinds, draws) for _ in range(DRAWS) if any(calls)]
         except (NameError, KeyError, TypeError, Undrawable):  # of a type that only a checker knows, or without one
             continue
         if any(calls):
