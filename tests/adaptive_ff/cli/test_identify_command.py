@@ -87,7 +87,7 @@ def test_scenario_is_the_joint_on_the_motion_of_the_log_and_one_that_compare_tak
     assert "assumed: the log shows none of what is above coulomb" in text
     times, reference = scenario.times(), scenario.reference_velocity()
     inner = (times > 1.0) & (times < 29.0)
-    assert reference[inner] == pytest.approx(motion(times[inner])[1], abs=0.02)
+    assert np.max(np.abs(reference - motion(times)[1])[inner]) <= 0.02
     steepest = np.max(np.abs(motion(times)[2]))
     assert np.max(np.abs(np.diff(reference))) < 1.1 * steepest * 0.001  # it repeats without a jump
     comparison = compare(scenario.modified(duration=5.0, controllers=["pi", "oracle"]))

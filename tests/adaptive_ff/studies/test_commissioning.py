@@ -1,6 +1,7 @@
 """Commissioning: from a simulated recording, or a log of a real joint, to a scenario with a bandwidth that suits."""
 
 import json
+from unittest.mock import patch
 
 import numpy as np
 import pytest
@@ -9,7 +10,16 @@ from scenario_files import built_in, write_scenario
 
 from adaptive_ff import InputError, load_scenario, simulate
 from adaptive_ff.files import write_csv
-from adaptive_ff.studies import motion
+from adaptive_ff.report import page
+from adaptive_ff.studies import bandwidth_study, motion
+
+
+@pytest.fixture(scope="module", autouse=True)
+def few_bandwidths():
+    """Every third of the bandwidths is tried."""
+    tried = bandwidth_study.tried_bandwidths
+    with patch.object(bandwidth_study, "tried_bandwidths", lambda scenario: tried(scenario)[::-3][::-1]):
+        yield
 
 
 @pytest.fixture(scope="module")
@@ -18,9 +28,10 @@ def commissioned(tmp_path_factory):
     folder = tmp_path_factory.mktemp("commissioned")
     content = {**built_in(), "duration": 4.0, "sampling": {"period": 0.002}, "sensor": {"velocity_noise": 5e-4}}
     scenario = write_scenario(folder, content)
-    with pytest.MonkeyPatch.context() as patch:
-        search_shortly(patch)
-        patch.setattr(motion, "ITERATIONS", 10)
+    with pytest.MonkeyPatch.context() as monkey:
+        search_shortly(monkey)
+        monkey.setattr(motion, "ITERATIONS", 10)
+        monkey.setattr(page, "_encoded", lambda *_, **__: "")  # its pictures, drawn with others of their kind
         outcome = run_command_line("commission", scenario, "--period", 5, "--out", folder / "out", "--report")
     return folder / "out", outcome, scenario
 
