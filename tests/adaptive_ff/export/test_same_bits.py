@@ -10,7 +10,7 @@ import platform
 import numpy as np
 import pytest
 from closed_loops import SCENARIO as JOINT
-from closed_loops import build_setup, make, own_loop
+from closed_loops import build_setup, own_loop
 from exports import DELAYED, SIZES, adaptive, adaptive_variants, inputs, made, needs_gcc, steps_in_c, steps_in_python
 
 from adaptive_ff import AdaptiveController, run_in_c
@@ -32,7 +32,6 @@ MADE = {
     "adaptive with offset and lag": lambda: adaptive(SIZES["offset"], 0.0, 0.004),
     "adaptive by direction with delay": lambda: adaptive(SIZES["directions"], 1.5, 0.004),
     "adaptive with ripples": adaptive_variants()["ripples"],
-    "adaptive with a map of friction": adaptive_variants()["map"],
     "adaptive with a first map of friction": lambda: adaptive_variants()["map"](
         model={"inertia": 20.0, "friction_lag": 0.02, "coulomb": 60.0}, position_map=[0.3, 0.1, *[0.0] * 9]
     ),
@@ -97,9 +96,8 @@ def test_an_exported_controller_starts_in_the_state_that_it_has_and_resets_to_th
 
 def test_it_is_used_like_the_controller_that_it_was_made_from():
     setup = build_setup(JOINT.modified(duration=2.0))
-    runner = run_in_c(make("adaptive"))
-    lost = {50: math.nan}
-    assert same(own_loop(runner, setup, lost=lost), own_loop(make("adaptive").run_uncompiled(), setup, lost=lost))
+    runner, lost = runner_of("adaptive"), {50: math.nan}
+    assert same(own_loop(runner, setup, lost=lost), own_loop(adaptive().run_uncompiled(), setup, lost=lost))
     assert runner.enabled
     runner.enabled = False
     before = {name: value for name, value in runner.estimates.items() if name != "offset"}
@@ -109,6 +107,8 @@ def test_it_is_used_like_the_controller_that_it_was_made_from():
         runner.step(math.nan, 0.0)
     with pytest.raises(ValueError, match="dt = 0"):
         runner.step(0.0, 0.0, dt=0.0)
+    runner.enabled = True
+    runner.reset()
 
 
 def test_further_regressors_reach_the_c_code_and_the_last_ones_hold():
@@ -189,22 +189,19 @@ def test_bytes_of_a_state_that_are_damaged_or_of_another_controller_are_refused(
 def test_a_state_of_another_joint_is_refused():
     """All axes of a machine have states of one layout; the friction of one would throw another."""
 
-    def axis(inertia=20.0, period=0.01, stribeck_velocity=0.05, **further):
-        gains = PI.design(inertia=inertia, period=period, bandwidth=10.0)
-        made_for = {"inertia": inertia, "stribeck_velocity": stribeck_velocity, **further}
-        return AdaptiveController(gains.proportional, gains.integral, period, **made_for)
-
-    runner = run_in_c(axis())
+    runner = runner_of("adaptive")
     content = state_to_bytes(runner.in_python())
-    for other in (axis(inertia=0.02), axis(period=0.005), axis(stribeck_velocity=0.5), axis(delay=1.0)):
+    others = ({"inertia": 0.02}, {"period": 0.005}, {"stribeck_velocity": 0.5}, {"delay": 1.0})
+    for other in (adaptive(**changed) for changed in others):
         with pytest.raises(InputError, match=r"of another controller|bytes is not allowed"):
             state_from_bytes(other, content)
         foreign = state_to_bytes(other)
         assert runner._library.controller_load_state(runner._handle, foreign, len(foreign)) != 0
-    limited = axis(torque_limit=400.0)
+    limited = adaptive(torque_limit=400.0)
     state_from_bytes(limited, content)
     again = state_to_bytes(limited)
     assert runner._library.controller_load_state(runner._handle, again, len(again)) == 0
+    runner.reset()
 
 
 PERIOD = 5e-5
