@@ -42,25 +42,18 @@ CASES = {
 }
 
 
-FRICTION = {
-    "--position-hats": lambda position, known: 60.0 * (position > 0.0),
-    "--load-friction": lambda position, known: np.abs(known),
-}
-"""Friction beside that of the joint for options that need another one than over a short period."""
-
-
 @pytest.fixture(scope="module")
 def results(tmp_path_factory):
-    """Returns the result of a command on a log of a joint with a known torque and what an option is for."""
+    """Returns the result of a command on a log of a joint with all that options are for."""
     folder, log = tmp_path_factory.mktemp("options"), make_log(duration=6.0, period=0.004, noise=0.05)
     known = 40.0 * np.cos(2.0 * log.position)
+    beside = 15.0 * np.sin(2.0 * np.pi * log.position / 0.5) + 60.0 * (log.position > 0.0) + np.abs(known)
+    felt = log.torque + known + beside * np.sign(np.gradient(log.position))
+    columns = {"time": log.time, "position": log.position, "torque": felt, "known": known}
+    write_csv(folder / "log.csv", columns)
 
     @cache
-    def run(command, kind, options):
-        beside = FRICTION.get(kind, lambda position, known: 15.0 * np.sin(2.0 * np.pi * position / 0.5))
-        felt = log.torque + known + beside(log.position, known) * np.sign(np.gradient(log.position))
-        columns = {"time": log.time, "position": log.position, "torque": felt, "known": known}
-        write_csv(folder / "log.csv", columns)
+    def run(command, options):
         logs = [folder / "log.csv"] * (2 if command == "score" else 1)
         with patch.object(Reported, "plot", lambda result, folder: {}):
             outcome = run_command_line(command, *logs, *BASE, *options, "--out", folder / "out", "--json", "-")
@@ -79,12 +72,11 @@ def numbers(value):
 
 @pytest.mark.parametrize(("command", "options"), CASES.values(), ids=CASES)
 def test_option_takes_effect(results, command, options):
-    kind = next((option for option in options if option in FRICTION), "")
     without = options[:-1] if options[-1] == "--load-friction" else ()
-    assert numbers(results(command, kind, options)) != numbers(results(command, kind, without))
+    assert numbers(results(command, options)) != numbers(results(command, without))
 
 
-def test_thinned_series_are_short_and_figures_of_the_whole_run(tmp_path):
+def test_thinned_series_are_short_and_figures_of_the_whole_run(tmp_path, without_pictures):
     scenario = write_scenario(tmp_path, {**short(), "duration": 2.0, "controllers": ["pi"]})
     found = {}
     for thin in (1, 10):

@@ -83,7 +83,7 @@ def test_a_change_of_the_load_has_the_unit_of_its_axis(axis, unit):
     assert [look["label"] for look in changes_of(scenario)[1]] == [f"load 3 {unit}"]
 
 
-def test_without_runs_it_is_refused_and_failed_writing_leaves_no_part_of_a_picture(comparison, tmp_path, monkeypatch):
+def test_without_runs_it_is_refused_and_failed_writing_leaves_no_part_of_a_picture(tmp_path, monkeypatch):
     with pytest.raises(ValueError, match=r"comparison.runs is empty"):
         plot_comparison(Comparison(SHORT, {}))
     (tmp_path / "tracking.png").write_bytes(b"older")
@@ -93,7 +93,7 @@ def test_without_runs_it_is_refused_and_failed_writing_leaves_no_part_of_a_pictu
 
     monkeypatch.setattr("os.replace", fail)
     with pytest.raises(InputError, match=r"tracking\.png: cannot be written: disk full"):
-        plot_comparison(comparison, tmp_path)
+        plot_comparison(compare(SHORT.modified(duration=1.0, controllers=["pi"])), tmp_path)
     assert [file.name for file in tmp_path.iterdir()] == ["tracking.png"]
     assert (tmp_path / "tracking.png").read_bytes() == b"older"
 
