@@ -12,7 +12,8 @@ from exports import adaptive, made, printed
 from adaptive_ff import WITH_GRAVITY, WITH_OFFSET, export_controller, run_in_c
 
 EXAMPLE = Path(__file__).resolve().parents[2] / "examples" / "ros2_control"
-FLAGS = ("-Wall", "-Wextra", "-Wshadow", "-pedantic", "-Werror", "-O1")
+WARNINGS = ("-Wall", "-Wextra", "-Wshadow", "-pedantic", "-Werror")
+CPP = ("-std=c++17", "-O1", *WARNINGS, "-I", EXAMPLE, "-I", EXAMPLE / "stubs")
 PROGRAM = """
 #include <cstdio>
 #include "axes.hpp"
@@ -116,21 +117,24 @@ needs_compilers = pytest.mark.skipif(
 )
 
 
+def build(folder, program, prefixes):
+    """Build a program ``use`` of exported controllers."""
+    (folder / "use.cpp").write_text(program)
+    printed("g++", *CPP, "-I", folder, "-c", "use.cpp", cwd=folder)
+    printed("gcc", "-std=c99", "-O1", "-c", *(f"{prefix}.c" for prefix in prefixes), cwd=folder)
+    printed("g++", "use.o", *(f"{prefix}.o" for prefix in prefixes), "-o", "use", "-lm", cwd=folder)
+
+
 @pytest.mark.nightly
 @needs_compilers
 def test_the_wrapper_compiles_and_commands_what_python_does(tmp_path):
     for place in range(1, 7):
         export_controller(adaptive(WITH_GRAVITY) if place == 1 else made("pi"), tmp_path, prefix=f"axis{place}")
-    (tmp_path / "use.cpp").write_text(PROGRAM)
-    include = ("-I", tmp_path, "-I", EXAMPLE, "-I", EXAMPLE / "stubs")
-    printed("g++", "-std=c++17", *FLAGS, *include, "-c", EXAMPLE / "plugins.cpp", "-o", tmp_path / "plugins.o")
-    printed("g++", "-std=c++17", *FLAGS, *include, "-c", "use.cpp", cwd=tmp_path)
-    printed("gcc", "-std=c99", "-O1", "-c", *(f"axis{place}.c" for place in range(1, 7)), cwd=tmp_path)
-    objects = (f"axis{place}.o" for place in range(1, 7))
-    printed("g++", "use.o", *objects, "-o", "use", "-lm", cwd=tmp_path)
+    printed("g++", *CPP, "-I", tmp_path, "-c", EXAMPLE / "plugins.cpp", "-o", tmp_path / "plugins.o")
+    build(tmp_path, PROGRAM, [f"axis{place}" for place in range(1, 7)])
     commanded = {}
     for mode in ("alone", "cascaded"):
-        found = np.array([float(line) for line in printed("./use", f"{mode}.state", mode, cwd=tmp_path).splitlines()])
+        found = np.loadtxt(printed("./use", f"{mode}.state", mode, cwd=tmp_path).splitlines())
         commanded[mode] = commands_of_python(mode == "cascaded")
         assert np.ptp(commanded[mode]) > 40.0
         assert np.allclose(found, commanded[mode], rtol=1e-11, atol=1e-11)
@@ -145,12 +149,8 @@ def test_the_wrapper_hands_on_further_known_regressors(tmp_path, single):
         pytest.importorskip("cffi", reason="cffi is not installed")
     made_for_two = adaptive(WITH_OFFSET, regressors=2)
     export_controller(made_for_two, tmp_path, prefix="elbow", single=single)
-    (tmp_path / "use.cpp").write_text(WITH_REGRESSORS)
-    include = ("-I", EXAMPLE, "-I", EXAMPLE / "stubs")
-    printed("g++", "-std=c++17", *FLAGS, *include, "-c", "use.cpp", cwd=tmp_path)
-    printed("gcc", "-std=c99", "-O1", "-c", "elbow.c", cwd=tmp_path)
-    printed("g++", "use.o", "elbow.o", "-o", "use", "-lm", cwd=tmp_path)
-    found = np.array([float(line) for line in printed("./use", cwd=tmp_path).splitlines()])
+    build(tmp_path, WITH_REGRESSORS, ["elbow"])
+    found = np.loadtxt(printed("./use", cwd=tmp_path).splitlines())
     given, without = (commands_with_regressors(told, single) for told in (True, False))
     assert np.max(np.abs(given - without)) > 10.0
     rounding = 1e-6 if single else 1e-11

@@ -25,11 +25,11 @@ os.execv(sys.argv[3], sys.argv[3:])
 class Browser:
     """One page; ``noted`` holds what went over the network, and errors and messages of the console."""
 
-    def __init__(self, folder, width=1200, height=900):
+    def __init__(self, folder):
         there, self._write = os.pipe()
         self._read, back = os.pipe()
         options = ["--headless", "--no-sandbox", "--disable-gpu", "--remote-debugging-pipe", "--no-first-run"]
-        options += [f"--user-data-dir={folder}", f"--window-size={width},{height}", "about:blank"]
+        options += [f"--user-data-dir={folder}", "--window-size=1200,900", "about:blank"]
         command = [sys.executable, "-c", LAUNCH, str(there), str(back), CHROMIUM, *options]
         quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
         self._process = subprocess.Popen(command, pass_fds=(there, back), **quiet)
@@ -40,11 +40,11 @@ class Browser:
         self._session = self.call("Target.attachToTarget", targetId=target, flatten=True)["sessionId"]
         for domain in ("Page", "Runtime", "Network", "Log"):
             self.call(f"{domain}.enable")
-        self.resize(width, height)
+        self.resize(1200, 900)
 
     def resize(self, width, height):
-        metrics = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": width < 500}
-        self.call("Emulation.setDeviceMetricsOverride", **metrics)
+        looks = {"deviceScaleFactor": 1, "mobile": width < 500}
+        self.call("Emulation.setDeviceMetricsOverride", width=width, height=height, **looks)
 
     def call(self, method, **parameters):
         self._number += 1

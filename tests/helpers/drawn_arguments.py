@@ -34,10 +34,6 @@ MAPPINGS = (dict, collections.abc.Mapping)
 SEQUENCES = (list, collections.abc.Sequence, collections.abc.Iterable)
 
 
-class Undrawable(Exception):
-    """There is no rule for an annotation."""
-
-
 class Draws:
     """Draws of numpy's generator of a seed, from its words: a call of the generator itself takes microseconds."""
 
@@ -102,7 +98,7 @@ def drawn(annotation, draws):
     annotation = getattr(annotation, "Parameters", annotation)  # for which a controller stands
     fields = fields_of(annotation)
     if not fields:
-        raise Undrawable(annotation)
+        raise TypeError(f"there is no rule for {annotation}")
     return annotation(**{name: drawn(kind, draws) for name, kind in fields.items()})
 
 
@@ -165,7 +161,7 @@ def digests(room):
             with np.errstate(all="ignore"):
                 calls = [outcome(function, kinds, draws) for _ in range(FIRST)]
                 calls += [outcome(function, kinds, draws) for _ in range(DRAWS) if any(calls)]
-        except (NameError, KeyError, TypeError, Undrawable):  # of a type that only a checker knows, or without one
+        except (NameError, KeyError, TypeError):  # of a type that only a checker knows, or without one
             continue
         if any(calls):
             found[name] = digest([word for words in calls for word in words])

@@ -60,15 +60,13 @@ def inputs(controller, samples=160):
     return made_up_inputs(controller.period, samples, seed=102)
 
 
-def compiler(name):
-    """Command of a compiler; where there is no clang, that of zig, which is clang."""
-    instead = zig() if name == "clang" and shutil.which(name) is None else None
-    return instead or [name]
-
-
 def compiled(folder, sources, *flags, program="gcc", out="a.out"):
-    """Compile sources in a folder; return the program, or fail with what the compiler says."""
-    line = [*compiler(program), "-std=c99", *flags, *sources, "-o", out, "-lm"]
+    """Compile sources in a folder; return the program, or fail with what the compiler says.
+
+    Where there is no clang, that of zig, which is clang.
+    """
+    instead = zig() if program == "clang" and shutil.which(program) is None else None
+    line = [*(instead or [program]), "-std=c99", *flags, *sources, "-o", out, "-lm"]
     done = subprocess.run(line, cwd=folder, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr[:2000]
     return folder / out

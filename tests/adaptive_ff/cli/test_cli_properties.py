@@ -33,6 +33,7 @@ def value_at(content, path):
     return content
 
 
+SHORT = to_toml(short()).encode("utf-8")
 COMPLETE = changed(short(), "change", [{"time": 0.2, "friction_scale": 0.6}])
 COMPLETE["fixed"] |= {"stiction": 90.0, "friction_lag": 0.02, "stribeck_velocity": 0.05}
 PATHS = list(paths_in(COMPLETE))
@@ -83,10 +84,8 @@ def broken(draw):
 @st.composite
 def disturbed(draw):
     """Content of a scenario with some values of another size, which it may or may not stand."""
-    content = {
-        **COMPLETE,
-        "controllers": ["pi", draw(st.sampled_from(["fixed", "oracle", "adaptive_paper", "adaptive"]))],
-    }
+    other = draw(st.sampled_from(["fixed", "oracle", "adaptive_paper", "adaptive"]))
+    content = {**COMPLETE, "controllers": ["pi", other]}
     for path in draw(st.lists(st.sampled_from(PATHS), min_size=1, max_size=3, unique=True)):
         if path in NUMBERS and draw(st.booleans()):
             value = 10.0 ** draw(st.floats(-2.0, 2.0)) * value_at(COMPLETE, path)
@@ -110,14 +109,16 @@ def without_any_pictures(compiled):
         yield
 
 
-def compare_in_a_folder(files, *options):
-    """Compare with ``scenario.toml`` among files in a new folder; check what goes for every outcome."""
+def compare_in_a_folder(scenario, motion=None):
+    """Compare in a new folder, along a motion where one is given; check what goes for every outcome."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        for file, content in files.items():
-            (folder / file).write_bytes(content)
+        (folder / "scenario.toml").write_bytes(scenario)
+        given = []
+        if motion is not None:
+            (folder / "motion.csv").write_text(motion, encoding="utf-8", newline="")
+            given = ["--reference", folder / "motion.csv"]
         before = content_of(folder)
-        given = [folder / option if option in files else option for option in options]
         outcome = run_command_line("compare", folder / "scenario.toml", "--out", folder / "new" / "out", *given)
         assert outcome.status in (0, 2), outcome
         if outcome.status == 2:
@@ -135,19 +136,19 @@ def compare_in_a_folder(files, *options):
 @settings(max_examples=15)
 @given(broken())
 def test_broken_scenario_is_answered_with_one_line(text):
-    assert compare_in_a_folder({"scenario.toml": text.encode("utf-8")}).status == 2
+    assert compare_in_a_folder(text.encode("utf-8")).status == 2
 
 
 @settings(max_examples=12)
 @given(st.binary())
 def test_bytes_are_answered_with_one_line(content):
-    assert compare_in_a_folder({"scenario.toml": content}).status == 2
+    assert compare_in_a_folder(content).status == 2
 
 
 @settings(max_examples=30)
 @given(disturbed())
 def test_disturbed_scenario_runs_or_is_answered_with_one_line(content):
-    compare_in_a_folder({"scenario.toml": to_toml(content).encode("utf-8")})
+    compare_in_a_folder(to_toml(content).encode("utf-8"))
 
 
 VALUES = st.integers(-9, 9).map(float) | st.floats(0.0, 10.0) | st.floats(-1e300, 1e300)
@@ -161,9 +162,7 @@ CELLS = st.floats().map(repr) | st.sampled_from(["", " ", "x", "1e3", "0", '"', 
     st.sampled_from(["\n", "\r\n", "\n\n"]),
 )
 def test_recording_of_anything_is_used_or_answered_with_one_line(header, rows, newline):
-    text = newline.join([header, *(",".join(row) for row in rows)])
-    files = {"scenario.toml": to_toml(short()).encode("utf-8"), "motion.csv": text.encode("utf-8")}
-    compare_in_a_folder(files, "--reference", "motion.csv")
+    compare_in_a_folder(SHORT, newline.join([header, *(",".join(row) for row in rows)]))
 
 
 @settings(max_examples=25)
@@ -175,5 +174,4 @@ def test_recording_of_anything_is_used_or_answered_with_one_line(header, rows, n
 def test_recording_of_numbers_is_used_or_answered_with_one_line(column, times, data):
     values = data.draw(st.lists(VALUES, min_size=len(times), max_size=len(times)))
     lines = [f"time,{column}", *(f"{time!r},{value!r}" for time, value in zip(times, values, strict=True))]
-    files = {"scenario.toml": to_toml(short()).encode("utf-8"), "motion.csv": "\n".join(lines).encode("utf-8")}
-    compare_in_a_folder(files, "--reference", "motion.csv")
+    compare_in_a_folder(SHORT, "\n".join(lines))

@@ -154,9 +154,8 @@ def test_millimetres_of_an_axis_that_is_taken_as_rotary_are_pointed_out(log, tmp
     assert "taken as linear" not in said
 
 
-@pytest.mark.parametrize("factor", ["-1", "-1e-3"])
-def test_current_with_the_other_sign_stays_one(log, tmp_path, without_pictures, factor):
-    name = "current" if factor == "-1" else "current_mA"
+@pytest.mark.parametrize(("name", "factor"), [("current", "-1"), ("current_mA", "-1e-3")])
+def test_current_with_the_other_sign_stays_one(log, tmp_path, without_pictures, name, factor):
     write_csv(tmp_path / "log.csv", {"time": log.time, "q": log.position, name: log.torque / float(factor)})
     _, found = identified(tmp_path / "log.csv", "--torque", name, "--scale", f"{name}={factor}")
     assert found["inertia"]["unit"] == "A s²/rad"
@@ -281,20 +280,18 @@ def test_bad_options_are_answered_with_one_line_and_leave_nothing(tmp_path, with
         assert content_of(tmp_path) == before
 
 
-@pytest.mark.parametrize(
-    ("columns", "message"),
-    [
-        (
-            "stamp,position,torque",
-            "--time must name a column, as none is called time or t or timestamp; there are stamp, position",
-        ),
-        ("time,angle,torque", "--position or --velocity must name a column, as none is called position or q or"),
-        ("time,position,amps", "--torque must name a column, as none is called torque or u or effort or current"),
-    ],
-)
+UNNAMED = {
+    "stamp,position,torque": "--time must name {} time or t or timestamp; there are stamp, position",
+    "time,angle,torque": "--position or --velocity must name {} position or q or",
+    "time,position,amps": "--torque must name {} torque or u or effort or current",
+}
+
+
+@pytest.mark.parametrize(("columns", "message"), UNNAMED.items())
 def test_column_without_a_usual_name_must_be_named(columns, message, tmp_path):
     (tmp_path / "log.csv").write_text(f"{columns}\n" + "0,1,2\n" * 9, encoding="utf-8")
-    assert message in refusal("identify", tmp_path / "log.csv", "--out", tmp_path / "out")
+    said = message.format("a column, as none is called")
+    assert said in refusal("identify", tmp_path / "log.csv", "--out", tmp_path / "out")
     assert "--velocity" not in refusal("score", *[tmp_path / "log.csv"] * 2)  # which has no such option
 
 

@@ -1,6 +1,5 @@
 """The command line: what it writes and prints, and what it leaves alone when it refuses."""
 
-import csv
 import json
 import os
 import subprocess
@@ -62,12 +61,11 @@ def test_csv_and_printed_table_hold_the_series_and_the_figures_of_the_runs(tmp_p
     assert outcome.status == 0
     comparison = compare(load_scenario(scenario))
     adaptive = comparison.runs["adaptive"]
-    with (tmp_path / "out" / "adaptive.csv").open(encoding="utf-8", newline="") as stream:
-        header, *lines = list(csv.reader(stream))
+    values = np.genfromtxt(tmp_path / "out" / "adaptive.csv", delimiter=",", names=True)
+    header = list(values.dtype.names)
     assert header[:7] == COLUMNS
     watched = {"change_probability", "observer_gain", "observer_torque"}
     assert set(header[7:]) == {f"estimated_{name}" for name in adaptive.estimates} | watched
-    values = dict(zip(header, np.array(lines, dtype=float).T, strict=True))
     assert values["time"] == pytest.approx(0.01 * np.arange(50), abs=1e-12)
     assert values["velocity"] == pytest.approx(adaptive.velocity[:-1:10], rel=1e-9)
     assert values["torque"] == pytest.approx(adaptive.torque, rel=1e-9)
@@ -97,10 +95,7 @@ def test_files_of_a_former_run_are_replaced_and_others_stay(tmp_path, scenario, 
 
 def test_without_a_file_it_runs_the_built_in_scenario_into_the_folder_results(tmp_path, monkeypatch, without_pictures):
     monkeypatch.chdir(tmp_path)
-
-    def brief(scenario, **options):
-        return compare(scenario.modified(duration=0.1))
-
+    brief = lambda scenario, **_: compare(scenario.modified(duration=0.1))  # noqa: E731
     with patch("adaptive_ff.comparison.comparison.compare", brief):
         outcome = run_command_line("compare")
     assert outcome.status == 0

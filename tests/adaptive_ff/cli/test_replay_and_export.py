@@ -18,8 +18,8 @@ FILES = {"replay.json", "replay.png", "estimates.png"}
 OPTIONS = ("--position", "q_deg", "--scale", "q_deg=pi/180", "--feedforward", "own")
 
 
-def write_log(path, **options):
-    log = make_log(**{"noise": 0.05, "duration": 20.0, **options})
+def write_log(path):
+    log = make_log(noise=0.05, duration=20.0, period=0.005)
     columns = {"time": log.time, "q_deg": np.degrees(log.position), "torque": log.torque}
     write_csv(path, {**columns, "own": 0.5 * log.torque})
     return path
@@ -38,7 +38,7 @@ def result(tmp_path_factory):
 
 @pytest.mark.usefixtures("result")  # a first run says that it compiles
 def test_values_that_no_machine_has_are_refused_in_a_line(tmp_path):
-    log = write_log(tmp_path / "log.csv", period=0.005)
+    log = write_log(tmp_path / "log.csv")
     for option, value in (("--stribeck-velocity", "-1"), ("--band", "0"), ("--memory", "0"), ("--inertia", "nan")):
         line = refusal("replay", log, *OPTIONS, option, value, "--out", tmp_path / "out")
         assert line.startswith(f"adaptive-ff: {option.removeprefix('--').replace('-', '_')} = ")
@@ -54,7 +54,7 @@ def test_files_table_and_function_say_the_same(result):
     assert list(left) == ["none", "fixed", "recorded", "adaptive"]
     assert left["recorded"]["whole"] == pytest.approx(0.5 * left["none"]["whole"], rel=1e-2)
     assert left["adaptive"]["second_half"] < 0.1 * left["none"]["second_half"]
-    assert found["samples"] == {"log": 10000, "used": 10000}
+    assert found["samples"] == {"log": 4000, "used": 4000}
     for words, name in (("none", "none"), ("the machine's own", "recorded"), ("adaptive, cold", "adaptive")):
         (line,) = [line for line in outcome.out.splitlines() if line.strip().startswith(words)]
         assert f"{1e3 * left[name]['whole']:.0f}" in line or f"{left[name]['whole']:#.3g}" in line
