@@ -14,7 +14,8 @@ import pytest
 import typer
 
 from adaptive_ff.cli.main import main
-from adaptive_ff.studies import exciting_motion
+from adaptive_ff.scenario.loop import tried_bandwidths
+from adaptive_ff.studies import bandwidth_study, exciting_motion
 from adaptive_ff.studies.exciting_motion import find_excitations, polished
 
 WARNING = ("adaptive-ff: warning:", "warning:")
@@ -71,9 +72,10 @@ def refusal(*arguments):
 
 
 def search_shortly(patch):
-    """Let a search for a motion start once, go one round, and try a few motions near the best."""
+    """Let a search for a motion start once, go one round, try a few motions near the best, and few bandwidths."""
     patch.setattr(exciting_motion, "find_excitations", functools.partial(find_excitations, starts=1, rounds=1))
     patch.setattr(exciting_motion, "polished", functools.partial(polished, trials=3))
+    patch.setattr(bandwidth_study, "tried_bandwidths", lambda scenario: tried_bandwidths(scenario)[::-3][::-1])
 
 
 def content_of(folder):

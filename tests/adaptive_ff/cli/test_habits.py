@@ -17,8 +17,6 @@ from adaptive_ff.report.matrix_files import matrix_tables
 from adaptive_ff.report.table import scale_for, shown, table
 from adaptive_ff.report.tables import gains_table, ranking_table
 from adaptive_ff.scenario.library import scenario_names
-from adaptive_ff.scenario.loop import tried_bandwidths
-from adaptive_ff.studies import bandwidth_study
 from adaptive_ff.studies.matrix import Job, collect
 
 OWN = """class Mine:
@@ -215,7 +213,6 @@ def log(tmp_path_factory):
 def test_output_fits_a_terminal(command, log, tmp_path, monkeypatch, without_pictures):
     monkeypatch.chdir(tmp_path)
     search_shortly(monkeypatch)
-    monkeypatch.setattr(bandwidth_study, "tried_bandwidths", lambda scenario: tried_bandwidths(scenario)[-2:])
     places = {"LOG": log, "SCENARIO": write_scenario(tmp_path, {**short(), "duration": 2.0})}
     outcome = run_command_line(*(places.get(word, word) for word in command), columns=WIDTH)
     assert outcome.status == 0, outcome.err

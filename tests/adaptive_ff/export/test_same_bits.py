@@ -49,9 +49,14 @@ def same(found, expected):
 
 
 @functools.cache
-def runner_of(name):
-    """A runner that tests share; each leaves it as new, whichever comes first."""
+def shared(name):
     return run_in_c(MADE[name]())
+
+
+def runner_of(name):
+    """A runner that tests share, as new."""
+    shared(name).reset()
+    return shared(name)
 
 
 @pytest.mark.parametrize("name", MADE)
@@ -66,7 +71,6 @@ def test_torque_and_state_are_those_of_the_kernels(name):
         assert runner.state_to_json() == controller.state_to_json()
     assert runner.estimates == pytest.approx(controller.estimates)
     assert runner.rejected == controller.rejected > 0
-    runner.reset()
 
 
 def test_a_state_goes_from_python_to_c_and_back():
@@ -77,7 +81,6 @@ def test_a_state_goes_from_python_to_c_and_back():
     found = steps_in_c(runner, rows[50:100])
     again = MADE["adaptive with offset and lag"]()
     again.state_from_json(runner.state_to_json())
-    runner.reset()
     expected = steps_in_python(controller, rows[50:])
     assert same(np.vstack([found, steps_in_python(again, rows[100:])]), expected)
 
@@ -108,7 +111,6 @@ def test_it_is_used_like_the_controller_that_it_was_made_from():
     with pytest.raises(ValueError, match="dt = 0"):
         runner.step(0.0, 0.0, dt=0.0)
     runner.enabled = True
-    runner.reset()
 
 
 def test_further_regressors_reach_the_c_code_and_the_last_ones_hold():
@@ -140,7 +142,6 @@ def test_a_takeover_in_c_is_that_of_python():
     with pytest.raises(ValueError, match=r"^reference = nan"):
         runner.take_over(33.0, math.nan, 0.49)
     assert runner.state_to_json() == before
-    runner.reset()
 
 
 @pytest.mark.parametrize(
@@ -153,7 +154,6 @@ def test_a_restart_in_c_is_that_of_python(name):
     steps_in_c(runner, inputs(controller, 80))
     runner._library.controller_restart(runner._handle)
     assert runner.state_to_json() == controller.state_to_json()
-    runner.reset()
 
 
 def test_without_a_compiler_it_says_so(monkeypatch):
@@ -201,7 +201,6 @@ def test_a_state_of_another_joint_is_refused():
     state_from_bytes(limited, content)
     again = state_to_bytes(limited)
     assert runner._library.controller_load_state(runner._handle, again, len(again)) == 0
-    runner.reset()
 
 
 PERIOD = 5e-5

@@ -1,7 +1,6 @@
 """Commissioning: from a simulated recording, or a log of a real joint, to a scenario with a bandwidth that suits."""
 
 import json
-from unittest.mock import patch
 
 import numpy as np
 import pytest
@@ -11,15 +10,7 @@ from scenario_files import built_in, write_scenario
 from adaptive_ff import InputError, load_scenario, simulate
 from adaptive_ff.files import write_csv
 from adaptive_ff.report import page
-from adaptive_ff.studies import bandwidth_study, motion
-
-
-@pytest.fixture(scope="module", autouse=True)
-def few_bandwidths():
-    """Every third of the bandwidths is tried."""
-    tried = bandwidth_study.tried_bandwidths
-    with patch.object(bandwidth_study, "tried_bandwidths", lambda scenario: tried(scenario)[::-3][::-1]):
-        yield
+from adaptive_ff.studies import motion
 
 
 @pytest.fixture(scope="module")
@@ -64,8 +55,9 @@ def test_gain_is_that_of_runs_on_the_true_joint(commissioned):
     assert gain["before"] == before[2]
 
 
-def test_log_takes_the_place_of_the_recording(commissioned, tmp_path, without_pictures):
+def test_log_takes_the_place_of_the_recording(commissioned, tmp_path, monkeypatch, without_pictures):
     folder, _, scenario = commissioned
+    search_shortly(monkeypatch)
     held = ("--torque-delay", "0.001")  # over the period of 2 ms that begins with a row
     outcome = run_command_line("commission", scenario, "--log", folder / "log.csv", *held, "--out", tmp_path / "again")
     assert outcome.status == 0, outcome.err
