@@ -153,16 +153,17 @@ class Learnt:
 
     def go_on(self, replaced):
         """Return the rms error 30 s after inputs were replaced, by sample, and whether all is finite."""
-        state, position, setup = copy.deepcopy(self.state), self.position, self.setup
+        state, position, setup, block = copy.deepcopy(self.state), self.position, self.setup, self.controller.parameters
         record = empty_record(setup, len(self.controller.estimate_names))
         record.given[:] = self.record.given
-        block, end = self.controller.parameters, FIRST + BAD
+        first, last = FIRST + min(replaced, default=0), FIRST + max(replaced, default=0) + 1
+        state, position = run_compiled(block, state, setup, position, first, record)
         poisoned = Poisoned(block, {FIRST + sample: values for sample, values in replaced.items()})
         kernels = patch.dict(STEPS, {Poisoned: step_poisoned}), patch.dict(ESTIMATES, {Poisoned: without_estimates})
         with kernels[0], kernels[1]:  # for this run only: the registries list the controllers that there are
-            state, position = run_plain(poisoned, state, setup, position, end, record)
+            state, position = run_plain(poisoned, state, setup, position, last, record)
         finite = is_finite(state)
         state, _ = run_compiled(block, state, setup, position, setup.noise.size, record)
-        judged = slice(setup.samples[end + AFTER], None)
+        judged = slice(setup.samples[FIRST + BAD + AFTER], None)
         error = float(np.sqrt(np.mean((setup.reference - record.velocity)[judged] ** 2)))
         return error, finite and is_finite(state) and bool(np.all(np.isfinite(record.torque)))

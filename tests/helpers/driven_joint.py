@@ -59,15 +59,10 @@ def drive(controller, joint, begin, end, *, load=None, limit=math.inf, clamped=N
         torque = controller.step(plan(time), state.velocity + noise[k], next_reference=following, **arguments)
         rows.append((time, plan(time) - state.velocity, state.position, torque))
         acting = min(max(torque, -limit), limit)
-        if load is None and clamped is None:
-            joint.step(acting, PERIOD)
-            continue
-        for _ in range(STEPS):
-            if clamped is not None and clamped(time):
-                joint.state = joint.state._replace(velocity=0.0, friction_torque=0.0)
-            else:
-                pull = 0.0 if load is None else load(time, joint.state.position)
-                joint.step(acting - pull, PERIOD / STEPS)
+        if clamped is not None and clamped(time):
+            joint.state = joint.state._replace(velocity=0.0, friction_torque=0.0)
+        else:
+            joint.step(acting - (0.0 if load is None else load(time, state.position)), PERIOD)
     return Driven(*np.array(rows).T)
 
 

@@ -42,7 +42,7 @@ def response(period, frequencies):
 
 @pytest.mark.parametrize("period", [1e-3, 2e-4])
 def test_resonance_and_antiresonance_are_those_of_the_closed_form(period):
-    near = np.linspace(0.95, 1.05, 201)
+    near = np.linspace(0.95, 1.05, 81)
     peak = near[np.argmax(response(period, RESONANCE * near))]
     dip = near[np.argmin(response(period, ANTIRESONANCE * near))]
     assert peak == pytest.approx(1.0, abs=0.01)
@@ -95,7 +95,7 @@ def energy(joint, state):
     return 0.5 * (kinetic + joint.link_stiffness * state.twist**2)
 
 
-@settings(max_examples=100)
+@settings(max_examples=50)
 @given(steps())
 def test_step_solves_its_equations_balances_energy_and_is_odd(case):
     joint, state, torque, h = case
@@ -141,7 +141,7 @@ def test_motion_with_smooth_friction_converges_to_that_of_solve_ivp_with_first_o
         pull = 150.0 * math.sin(8.0 * t) - 3.0 - friction - spring
         return [spring / LINK, (80.0 * motor - friction) / 0.02, pull / MOTOR, motor - link]
 
-    exact = solve_ivp(slope, (0.0, 0.9), [0.0] * 4, method="Radau", rtol=1e-10, atol=1e-12).y[:, -1]
+    exact = solve_ivp(slope, (0.0, 0.9), [0.0] * 4, method="LSODA", rtol=1e-10, atol=1e-13).y[:, -1]
     errors = ends(joint, REST, lambda t: 150.0 * np.sin(8.0 * t), 0.9, (1e-4, 5e-5))[:, [0, 1, 3, 4]] - exact
     assert np.all(np.abs(errors[1]) < 1e-3 * np.max(np.abs(exact)))
     assert errors[0][:3] / errors[1][:3] == pytest.approx(2.0, abs=0.05)

@@ -33,14 +33,14 @@ def friction_force(joint, velocity, deflection):
     return joint.stiffness * deflection + damping * rate + curve.viscous * velocity, rate
 
 
-def by_radau(joint, start, torque, duration):
+def by_lsoda(joint, start, torque, duration):
     """Velocity, position and deflection at the end, by scipy at a tight tolerance."""
 
     def slope(t, y):
         friction, rate = friction_force(joint, y[0], y[2])
         return [(torque(t) - joint.offset - friction) / joint.inertia, y[0], rate]
 
-    found = solve_ivp(slope, (0.0, duration), start, method="Radau", rtol=1e-9, atol=1e-12, max_step=0.01)
+    found = solve_ivp(slope, (0.0, duration), start, method="LSODA", rtol=1e-10, atol=1e-13, max_step=0.01)
     assert found.success
     return found.y[:, -1]
 
@@ -48,7 +48,7 @@ def by_radau(joint, start, torque, duration):
 @pytest.mark.parametrize("joint", [JOINT, UNEVEN, JOINT._replace(damping=0.0)], ids=["even", "uneven", "undamped"])
 @pytest.mark.parametrize(("size", "duration"), [(60.0, 0.4), (150.0, 0.9)], ids=["pre-sliding", "sliding, reversing"])
 def test_motion_converges_to_that_of_solve_ivp_with_first_order(joint, size, duration):
-    exact = by_radau(joint, [0.0, 0.0, 0.0], lambda t: size * math.sin(8.0 * t), duration)
+    exact = by_lsoda(joint, [0.0, 0.0, 0.0], lambda t: size * math.sin(8.0 * t), duration)
     errors = ends(joint, REST, lambda t: size * np.sin(8.0 * t), duration, (1e-4, 5e-5))[:, [0, 2, 3]] - exact
     scale = np.array([0.1, 0.01, 1e-3])
     assert np.all(np.abs(errors[1]) < 0.01 * scale)
@@ -66,14 +66,14 @@ def slow_cycle(joint, top, seconds):
 
 def test_slow_pre_sliding_follows_the_closed_form_of_its_hysteresis_loop():
     # while |w| << Vs, g = Fs: dy/dx = sigma0 (1 - y/Fs) forward and sigma0 (1 + y/Fs) backward
-    torque, position = slow_cycle(JOINT, 60.0, 20.0)
+    torque, position = slow_cycle(JOINT, 60.0, 10.0)
     reach = 90.0 / 1e5
-    loading, unloading = slice(0, 20_000), slice(20_000, 60_000)
+    loading, unloading = slice(0, 10_000), slice(10_000, 30_000)
     expected = -reach * np.log(1.0 - torque[loading] / 90.0)
     assert position[loading] == pytest.approx(expected, abs=0.01 * reach)
-    expected = position[19_999] - reach * np.log((1.0 + 60.0 / 90.0) / (1.0 + torque[unloading] / 90.0))
+    expected = position[9_999] - reach * np.log((1.0 + 60.0 / 90.0) / (1.0 + torque[unloading] / 90.0))
     assert position[unloading] == pytest.approx(expected, abs=0.01 * reach)
-    assert np.trapezoid(torque[20_000:], position[20_000:]) > 0.02  # the loop takes energy, N m rad
+    assert np.trapezoid(torque[10_000:], position[10_000:]) > 0.02  # the loop takes energy, N m rad
 
 
 def test_bristles_are_critically_damped_by_default():
@@ -126,8 +126,8 @@ def test_vibration_below_breakaway_lets_the_joint_creep_as_the_model_is_known_to
         return 50.0 + 25.0 * np.sin(30.0 * t)
 
     duration = 6.0 * 2.0 * math.pi / 30.0
-    exact = by_radau(JOINT, [0.0, 0.0, 0.0], torque, duration)[1]
-    earlier = by_radau(JOINT, [0.0, 0.0, 0.0], torque, duration / 2.0)[1]
+    exact = by_lsoda(JOINT, [0.0, 0.0, 0.0], torque, duration)[1]
+    earlier = by_lsoda(JOINT, [0.0, 0.0, 0.0], torque, duration / 2.0)[1]
     period = duration / 20_000
     position = run(JOINT, REST, torque(period * (np.arange(20_000) + 0.5)), period)[:, 2]
     assert exact - earlier > 1e-5
@@ -156,7 +156,7 @@ def steps(draw):
     return model, LuGreState(draw(VELOCITY), 0.0, 0.0, bending / joint.stiffness), draw(TORQUE)
 
 
-@settings(max_examples=100)
+@settings(max_examples=50)
 @given(steps())
 def test_step_solves_the_implicit_equations_is_odd_and_passive_and_keeps_its_bristles_within_stiction(case):
     model, state, torque = case
@@ -182,12 +182,12 @@ def test_step_solves_the_implicit_equations_is_odd_and_passive_and_keeps_its_bri
     assert mirrored(step_lugre, joint, state, torque, h) == after
 
 
-@settings(max_examples=60)
+@settings(max_examples=40)
 @given(models(), st.floats(-1.0, 1.0))
 def test_accepted_period_leaves_one_solution(model, share):
     joint, h = model.parameters, model.solver_period
     bending = share * (joint.friction if share > 0.0 else joint.backward).stiction
-    speeds = joint.friction.stribeck_velocity * np.geomspace(1e-9, 1e3, 3000)
+    speeds = joint.friction.stribeck_velocity * np.geomspace(1e-9, 1e3, 2000)
     speeds = np.concatenate([-speeds[::-1], [0.0], speeds])
     coulomb, stiction, viscous = (
         np.where(speeds >= 0.0, forward, backward)
@@ -209,7 +209,7 @@ def test_steepest_fall_is_found_by_brute_force():
         slip = h * joint.stiffness
         worst = 0.0
         for curve, other in ((joint.friction, joint.backward), (joint.backward, joint.friction)):
-            x = np.geomspace(1e-9, 10.0, 100_001)
+            x = np.geomspace(1e-9, 10.0, 20_001)
             level = curve.coulomb + (curve.stiction - curve.coulomb) * np.exp(
                 -((x / curve.stribeck_velocity) ** curve.stribeck_shape)
             )
