@@ -170,7 +170,7 @@ def test_every_form_of_the_recursion_is_13_word_for_word(form):
 
 
 def test_rounding_harms_only_the_form_that_saves_a_product_and_without_excitation_every_form_winds_up():
-    long = simulate_noise(SEED, duration=200.0)
+    long = simulate_noise(SEED, duration=120.0)
     rows, outputs = estimators.regression(long.velocity, long.acting)
     histories = {form: rounding.watch(form, rows, outputs, 1e4) for form in rounding.FORMS}
     assert 0.0 < np.max(histories[rounding.PRINTED].asymmetry) < 1e-9
@@ -225,7 +225,7 @@ def test_experiments_hand_over_rows_notes_and_figures(monkeypatch):
     monkeypatch.setattr(offline, "MORE_SEEDS", range(1, 3))
     monkeypatch.setattr(online, "MORE_SEEDS", range(1, 3))
     monkeypatch.setattr(reversal, "CORNERS", (0.5, 2.0, 8.0))
-    monkeypatch.setattr(rounding, "LONG", 100.0)
+    monkeypatch.setattr(rounding, "LONG", 60.0)
     figures = {}
     for module in (misprints, reversal, offline, online, rounding):
         experiment = module.run()

@@ -70,9 +70,9 @@ def test_slow_pre_sliding_follows_the_closed_form_of_its_hysteresis_loop():
     reach = 90.0 / 1e5
     loading, unloading = slice(0, 10_000), slice(10_000, 30_000)
     expected = -reach * np.log(1.0 - torque[loading] / 90.0)
-    assert position[loading] == pytest.approx(expected, abs=0.01 * reach)
+    assert np.max(np.abs(position[loading] - expected)) < 0.01 * reach
     expected = position[9_999] - reach * np.log((1.0 + 60.0 / 90.0) / (1.0 + torque[unloading] / 90.0))
-    assert position[unloading] == pytest.approx(expected, abs=0.01 * reach)
+    assert np.max(np.abs(position[unloading] - expected)) < 0.01 * reach
     assert np.trapezoid(torque[10_000:], position[10_000:]) > 0.02  # the loop takes energy, N m rad
 
 

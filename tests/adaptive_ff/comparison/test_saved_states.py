@@ -147,10 +147,10 @@ def test_what_is_accepted_of_tampered_states_stays_finite(name):
     controller, setup = make(name), build_setup(AFTER)
     drive(controller, build_setup(SHORT))
     text = controller.state_to_json()
-    refused, accepted = 0, 0
+    refused, accepted, other = 0, 0, make(name)
     changes = list(tampered(text))
     for path, put in changes[:: max(1, len(changes) // 150)]:
-        other, wrong = make(name), altered(text, path, put)
+        wrong = altered(text, path, put)
         try:
             other.state_from_json(wrong)
         except ValueError:

@@ -40,15 +40,15 @@ def test_times_of_a_rounded_clock_are_rebuilt_and_said(rate, tick, rounding, as_
 @pytest.mark.parametrize("rounding", [np.round, np.floor])
 def test_a_clock_of_few_ticks_tells_the_sample_time_too(rounding):
     """As where a spreadsheet wrote seconds since 1970 with nine digits: it came out 1.4 % too long."""
-    log, times = rounded_clock(500.0, 10.0, rounding, duration=60.0)
+    log, times = rounded_clock(500.0, 10.0, rounding, duration=40.0)
     mended, (said,) = with_clear_clock(log)
     assert "2 ms apart" in said
-    assert np.diff(mended.time) == pytest.approx(np.diff(times), rel=1e-3)
+    assert np.max(np.abs(np.diff(mended.time) / np.diff(times) - 1.0)) < 1e-3
 
 
 def test_log_of_a_rounded_clock_tells_the_joint():
     """Nearly the whole log was lost, in segments of two samples."""
-    log, _ = rounded_clock(2000.0, duration=15.0)
+    log, _ = rounded_clock(2000.0, duration=8.0)
     found = identify_log(log)
     assert found.data.used == log.time.size
     assert any("as of a rounded clock" in caution for caution in found.cautions)
@@ -71,14 +71,14 @@ def test_rounded_clock_is_followed_anew_behind_a_pause():
 
 
 def test_rows_that_are_not_evenly_sampled_are_left_out_and_counted():
-    log = make_log(noise=0.05)
+    log = make_log(noise=0.05, duration=12.0)
     random = np.random.default_rng(7)
-    again = np.sort(random.choice(log.time.size, 3000, replace=False))
+    again = np.sort(random.choice(log.time.size, 1200, replace=False))
     places = np.sort(np.concatenate([np.arange(log.time.size), again]))
     torque = log.torque[places] + 0.01 * random.standard_normal(places.size)
     found = identify_log(Log("log", log.time[places], torque, log.position[places]))
     assert found.data.used == log.time.size
-    assert found.cautions == ["3000 rows left out: with the time of the row before; 3000 have other values"]
+    assert found.cautions == ["1200 rows left out: with the time of the row before; 1200 have other values"]
     for name, true in JOINT.items():
         assert found.value(name) == pytest.approx(true, rel=0.05)
 
@@ -188,7 +188,7 @@ def test_coarse_encoder_of_a_slow_joint_holds_nothing_though_its_file_is_rounded
 
 def test_ripple_of_the_torque_does_not_fold_into_the_motion():
     """Rows of the torque as they are left 13 %, and inertia 5 % off."""
-    log = make_log(noise=0.05, period=0.001)
+    log = make_log(noise=0.05, period=0.001, duration=15.0)
     torque = log.torque + 2.0 * np.sin(2.0 * np.pi * 200.3 * log.time)
     found = identify_log(replace(log, position=held(log.position, 5), torque=torque), model="offset")
     assert found.best.left < 0.01
@@ -215,7 +215,7 @@ def test_rest_stays_in_the_log():
 @pytest.mark.parametrize("every", [4, 2.7])
 def test_joint_is_found_behind_a_slow_encoder(every):
     """Every fourth row: inertia was 33 instead of 0.5 kg m^2 on a log of this kind, and 4000 % of the torque left."""
-    log = make_log(noise=0.1, period=0.001)
+    log = make_log(noise=0.1, period=0.001, duration=15.0)
     found = identify_log(replace(log, position=held(log.position, every)))
     assert any(f"the position changes in one of {every} rows only" in caution for caution in found.cautions)
     assert found.best.left < 0.05
@@ -224,7 +224,7 @@ def test_joint_is_found_behind_a_slow_encoder(every):
 
 
 def test_held_torque_is_left_and_found_to_be_late_and_a_sound_log_left_as_it_is():
-    log = make_log(noise=0.1)
+    log = make_log(noise=0.1, duration=15.0)
     slow = replace(log, torque=held(log.torque, 5))
     assert without_repeated_rows(slow) == (slow, [])
     found = identify_log(slow)
@@ -249,7 +249,7 @@ def test_coarse_log_with_jitter_and_repeated_rows_is_used_whole():
 
 
 def test_rows_that_repeat_a_whole_sample_are_left_out_though_the_encoder_is_coarse():
-    log = make_log(noise=0.1, period=0.001)
+    log = make_log(noise=0.1, period=0.001, duration=15.0)
     rows = np.arange(log.time.size) // 5 * 5
     coarse = replace(log, position=rounded(log.position, 2.0 * np.pi / 1024)[rows], torque=log.torque[rows])
     assert identify_log(coarse).value("inertia") == pytest.approx(JOINT["inertia"], rel=0.02)

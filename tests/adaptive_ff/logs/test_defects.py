@@ -104,8 +104,8 @@ def test_runs_are_where_the_mask_is_true(mask):
     assert rebuilt == mask
 
 
-ROWS = np.arange(15000)
-"""Of a log of 30 s."""
+ROWS = np.arange(10000)
+"""Of a log of 20 s."""
 
 
 def with_position(log, position):
@@ -144,7 +144,7 @@ def test_wraps_are_undone_and_said():
 
 
 def test_log_is_cut_where_the_position_jumps():
-    log = make_log(noise=0.05)
+    log = make_log(noise=0.05, duration=20.0)
     position = log.position.copy()
     position[5000:] += 0.9
     position[9000:] -= 0.9
@@ -159,7 +159,7 @@ def test_log_is_cut_where_the_position_jumps():
 @pytest.mark.parametrize("as_position", [True, False])
 def test_pause_of_the_recording_is_called_one_and_the_log_is_cut_there(as_position):
     """It was called a jump of the position within one sample."""
-    log = make_log(noise=0.05, as_position=as_position)
+    log = make_log(noise=0.05, as_position=as_position, duration=20.0)
     paused = log.part(np.delete(ROWS, np.s_[7000:7249]))
     found = identify_log(paused)
     said = Skipped(7000, 7000, "the clock leaves a gap, from 13.998 s to 14.498 s")
@@ -170,7 +170,7 @@ def test_pause_of_the_recording_is_called_one_and_the_log_is_cut_there(as_positi
 
 
 def test_jump_beside_a_pause_is_still_a_jump():
-    log = make_log(noise=0.05)
+    log = make_log(noise=0.05, duration=20.0)
     position = np.where(ROWS < 9000, log.position, log.position + 0.9)
     sound, said = clean(with_position(log, position).part(np.delete(ROWS, np.s_[7000:7249])))
     found = {skip.start: skip.reason[:13] for skip in usable_segments(sound)[1]}
@@ -178,7 +178,7 @@ def test_jump_beside_a_pause_is_still_a_jump():
 
 
 def test_each_step_says_what_it_leaves_out():
-    log = make_log(noise=0.05)
+    log = make_log(noise=0.05, duration=20.0)
     log.torque[[100, 300]] = np.nan
     log.position[5000] += 3.3
     twice = log.part(np.insert(ROWS, [700, 900], [700, 900]))
@@ -226,7 +226,7 @@ def test_torque_that_is_cut_off_is_said_to_be(limits, shown):
 
 
 def test_identification_says_it():
-    log = make_log(noise=0.05, period=0.004)
+    log = make_log(noise=0.05, period=0.004, duration=15.0)
     np.clip(log.torque, -8.0, 8.0, out=log.torque)
     assert any(caution.startswith("the torque is exactly -8 or 8") for caution in identify_log(log).cautions)
 

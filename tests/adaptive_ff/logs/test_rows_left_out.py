@@ -33,7 +33,7 @@ def glitched(log, **glitches):
     ],
 )
 def test_glitch_is_left_out_and_the_joint_is_identified_as_without_it(glitches, said):
-    found = identify_log(glitched(make_log(noise=0.05), **glitches))
+    found = identify_log(glitched(make_log(noise=0.05, duration=20.0), **glitches))
     assert len(found.cautions) == 1
     assert found.cautions[0].startswith(said)
     assert found.data.skipped == []
@@ -52,8 +52,10 @@ def test_time_and_value_of_the_first_glitch_are_said_and_one_in_a_gap_that_canno
 
 
 def test_what_is_left_out_of_a_log_to_validate_on_is_said_with_its_name():
-    other = glitched(make_log(noise=0.05, seed=102), position=([5000], 3.3))
-    found = identify_log(make_log(noise=0.05), validation=Log("other", other.time, other.torque, other.position))
+    other = glitched(make_log(noise=0.05, seed=102, duration=20.0), position=([5000], 3.3))
+    found = identify_log(
+        make_log(noise=0.05, duration=10.0), validation=Log("other", other.time, other.torque, other.position)
+    )
     assert [caution[:53] for caution in found.cautions] == ["other: 1 row left out: the position is far off there,"]
 
 
@@ -67,7 +69,7 @@ def test_glitch_of_a_position_that_is_held_is_found_among_its_new_values():
 
 
 def test_jump_there_and_back_that_takes_longer_is_cut_on_both_sides():
-    log = glitched(make_log(noise=0.05), position=(slice(5000, 5010), 3.3))
+    log = glitched(make_log(noise=0.05, duration=20.0), position=(slice(5000, 5010), 3.3))
     found = identify_log(log)
     assert [skip[:2] for skip in found.data.skipped] == [(5000, 5000), (5000, 5010), (5010, 5010)]
     assert [found.data.skipped[place].reason[:22] for place in (0, 2)] == ["the position jumps by "] * 2
@@ -147,13 +149,13 @@ def test_only_what_the_joint_did_not_feel_is_left_out_whatever_the_sign_of_the_t
     assert len(said) == 1
 
 
-@pytest.mark.parametrize(("every", "count"), [(2, 7500), (7, 2143)])
+@pytest.mark.parametrize(("every", "count"), [(2, 3000), (7, 858)])
 def test_log_whose_torque_is_missing_in_many_rows_is_identified(every, count):
-    log = make_log(noise=0.05)
+    log = make_log(noise=0.05, duration=12.0)
     log.torque[::every] = np.nan
     found = identify_log(log)
     assert found.cautions[0] == f"{count} rows left out: no finite number in the torque"
-    assert (found.data.skipped, found.data.used, found.data.log.time.size) == ([], 15000 - count, 15000 - count)
+    assert (found.data.skipped, found.data.used, found.data.log.time.size) == ([], 6000 - count, 6000 - count)
     for name, true in JOINT.items():
         assert found.value(name) == pytest.approx(true, rel=0.05)
 

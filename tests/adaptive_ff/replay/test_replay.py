@@ -28,7 +28,8 @@ def test_estimates_before_a_sample_know_nothing_of_what_follows():
     # the motion, filtered without delay, looks ahead by a moment
     before = (one.series.time > 3.0) & (one.series.time < 0.97 * log.time[4000])
     for name, series in one.series.estimates["adaptive"].items():
-        assert other.series.estimates["adaptive"][name][before] == pytest.approx(series[before], rel=0.2, abs=0.1)
+        apart = np.abs(other.series.estimates["adaptive"][name] - series)[before]
+        assert np.all(apart <= np.maximum(0.2 * np.abs(series[before]), 0.1))
     assert other.estimates["adaptive"]["inertia"] > 1.3 * one.estimates["adaptive"]["inertia"]
 
 

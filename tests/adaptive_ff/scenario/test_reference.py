@@ -147,7 +147,7 @@ def test_recorded_motion_with_jittered_times_is_resampled_closely(tmp_path, colu
     position, velocity = motion(recorded - 12.5)
     path = write(tmp_path, {"time": recorded, column: {"position": position, "velocity": velocity}[column]})
     scenario = load_scenario(reference=path).modified(sampling={"period": 0.004})
-    assert scenario.reference_velocity() == pytest.approx(motion(scenario.times())[1], abs=tolerance)
+    assert np.max(np.abs(scenario.reference_velocity() - motion(scenario.times())[1])) < tolerance
 
 
 def test_velocity_is_taken_where_there_are_both_and_never_overshoots(tmp_path):
@@ -164,8 +164,7 @@ def test_columns_may_have_other_names(tmp_path):
     path = write(tmp_path, {"t": time, "dq": motion(time)[1], "q": motion(time)[0]})
     by_velocity = read(path, time="t", velocity="dq").velocity(grid(60.0))
     by_position = read(path, time="t", position="q").velocity(grid(60.0))
-    assert by_velocity == pytest.approx(motion(grid(60.0))[1], abs=2e-2)
-    assert by_position == pytest.approx(motion(grid(60.0))[1], abs=2e-2)
+    assert np.max(np.abs([by_velocity, by_position] - motion(grid(60.0))[1])) < 2e-2
     assert not np.array_equal(by_velocity, by_position)
 
 
@@ -185,8 +184,7 @@ def test_motion_shorter_than_a_minute_repeats_until_then(tmp_path):
     repeated = scenario.modified(duration=None)
     assert (repeated.motion.duration, repeated.length) == (20.0, 60.0)
     velocity = repeated.reference_velocity()
-    assert velocity[20_000:40_000] == pytest.approx(velocity[:20_000], abs=1e-12)
-    assert velocity[40_000:60_000] == pytest.approx(velocity[:20_000], abs=1e-12)
+    assert np.max(np.abs(velocity[20_000:60_000] - np.tile(velocity[:20_000], 2))) < 1e-12
     assert scenario.modified(duration=10.0).length == 10.0
 
 
@@ -208,7 +206,7 @@ def test_motion_longer_than_a_minute_is_followed_to_its_end(tmp_path, duration):
     scenario = load_scenario(reference=path).modified(duration=None)
     assert scenario.length == duration
     assert scenario.times()[-1] == pytest.approx(75.0, abs=1e-9)
-    assert scenario.reference_velocity() == pytest.approx(0.002 * scenario.times(), abs=1e-12)
+    assert np.max(np.abs(scenario.reference_velocity() - 0.002 * scenario.times())) < 1e-12
 
 
 def test_reference_is_computed_once_and_handed_out_as_a_copy(monkeypatch):
