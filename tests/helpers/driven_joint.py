@@ -43,12 +43,12 @@ def noise_at(time):
     return float(NOISE * np.random.default_rng(101).standard_normal(round(time / PERIOD) + 1)[-1])
 
 
-def drive(controller, joint, begin, end, *, load=None, limit=math.inf, clamped=None, seed=101, **given):
+def drive(controller, joint, begin, end, *, load=None, limit=math.inf, clamped=False, seed=101, **given):
     """Move a joint along the plan from one time to another.
 
-    ``load(time, position)`` is a torque against the motor's, ``clamped(time)`` tells whether a brake holds the joint;
-    what else is given are functions ``(time, position)`` for the arguments of a step. The measured velocity is noisy,
-    the same noise at the same time for the same seed.
+    ``load(time, position)`` is a torque against the motor's, ``clamped`` tells whether a brake holds the joint; what
+    else is given are functions ``(time, position)`` for the arguments of a step. The measured velocity is noisy, the
+    same noise at the same time for the same seed.
     """
     rows = []
     noise = NOISE * np.random.default_rng(seed).standard_normal(round(end / PERIOD))
@@ -59,7 +59,7 @@ def drive(controller, joint, begin, end, *, load=None, limit=math.inf, clamped=N
         torque = controller.step(plan(time), state.velocity + noise[k], next_reference=following, **arguments)
         rows.append((time, plan(time) - state.velocity, state.position, torque))
         acting = min(max(torque, -limit), limit)
-        if clamped is not None and clamped(time):
+        if clamped:
             joint.state = joint.state._replace(velocity=0.0, friction_torque=0.0)
         else:
             joint.step(acting - (0.0 if load is None else load(time, state.position)), PERIOD)

@@ -13,7 +13,6 @@ from adaptive_ff import PER_DIRECTION_WITH_GRAVITY, WITH_GRAVITY, WITH_OFFSET, A
 from adaptive_ff.adaptive.coming import following_reference
 from adaptive_ff.report.diagnosis import map_sentences
 from controllers import PI, planned_inputs
-from tests.helpers import driven_joint
 from tests.helpers.driven_joint import GAINS, PERIOD, drive, known_position, make, reference_joint, rms
 
 END = 40.0
@@ -38,11 +37,9 @@ def test_a_column_that_is_made_up_is_learnt_and_fed():
 
 
 def test_a_ripple_of_a_known_period_is_learnt_and_fed():
-    def ripple(time, position):
-        return 30.0 * math.sin(2.0 * math.pi * position / 0.2)
-
     informed, blind = make(ripple_periods=[0.2]), make()
-    given = {"load": ripple, "position": known_position}
+    ripple = {"load": lambda time, position: 30.0 * math.sin(2.0 * math.pi * position / 0.2)}
+    given = {**ripple, "position": known_position}
     seeing, alone = (drive(one, reference_joint(), 0.0, END, **given) for one in (informed, blind))
     assert late(seeing) < 0.8 * late(alone)
     assert informed.estimates["ripple_sin_1"] == pytest.approx(30.0, abs=5.0)
@@ -90,10 +87,6 @@ def test_adversarial_corrections_leave_the_adaptive_part_bounded(name):
         assert abs(adaptive.estimates[parameter]) <= 800.0
 
 
-def weighed(parameters=WITH_GRAVITY, **options):
-    return driven_joint.make(parameters, **options)
-
-
 def weight(time, position):
     return 100.0 * math.sin(position + 0.4)
 
@@ -104,14 +97,14 @@ def settled(run):
 
 @pytest.fixture(scope="module")
 def unloaded():
-    return settled(drive(weighed(), reference_joint(), 0.0, END, position=known_position))
+    return settled(drive(make(WITH_GRAVITY), reference_joint(), 0.0, END, position=known_position))
 
 
 @pytest.mark.parametrize("parameters", [WITH_GRAVITY, PER_DIRECTION_WITH_GRAVITY], ids=["symmetric", "directions"])
 def test_joint_with_weight_settles_as_without(unloaded, parameters):
     errors = []
     for seed in (101, 102, 103):  # one reversal turned wrongly costs a third in one draw of the noise of twenty
-        controller = weighed(parameters)
+        controller = make(parameters)
         run = drive(controller, reference_joint(), 0.0, END, seed=seed, load=weight, position=known_position)
         errors.append(settled(run))
     assert np.median(errors) < 1.1 * unloaded
@@ -123,7 +116,7 @@ def test_joint_with_weight_settles_as_without(unloaded, parameters):
 
 
 def test_without_a_position_nothing_of_gravity_is_identified_or_fed():
-    plain, blind = weighed(WITH_OFFSET), weighed()
+    plain, blind = make(WITH_OFFSET), make(WITH_GRAVITY)
     first = drive(plain, reference_joint(), 0.0, 5.0)
     second = drive(blind, reference_joint(), 0.0, 5.0)
     assert blind.estimates["gravity_sin"] == blind.estimates["gravity_cos"] == 0.0
@@ -132,7 +125,7 @@ def test_without_a_position_nothing_of_gravity_is_identified_or_fed():
 
 def test_position_of_the_motor_through_a_gear():
     ratio = -50.0
-    controller, direct = weighed(gear_ratio=ratio), weighed()
+    controller, direct = make(WITH_GRAVITY, gear_ratio=ratio), make(WITH_GRAVITY)
     drive(direct, reference_joint(), 0.0, 10.0, load=weight, position=known_position)
     assert abs(direct.estimates["gravity_sin"]) > 20.0
     drive(controller, reference_joint(), 0.0, 20.0, load=lambda t, q: weight(t, q / ratio), position=lambda t, q: q)
@@ -153,7 +146,7 @@ def test_further_regressors_carry_what_another_joint_hangs_on_this_one(unloaded)
     def sines(time, position):
         return math.sin(position + other(time)), math.cos(position + other(time))
 
-    informed, alone = weighed(regressors=2), weighed()
+    informed, alone = make(WITH_GRAVITY, regressors=2), make(WITH_GRAVITY)
     run = drive(informed, reference_joint(), 0.0, END, load=load, position=known_position, regressors=sines)
     assert settled(run) < 1.2 * unloaded
     assert informed.estimates["regressor_1"] == pytest.approx(40.0, abs=3.0)

@@ -234,21 +234,15 @@ def test_torque_limit_does_what_clipping_and_reporting_by_hand_does(delay):
     controller, by_hand = make(torque_limit=limit, delay=delay), make(delay=delay)
     own = drive(controller, joint, 3.0, 9.0, limit=limit)  # the first torque is cut off
     clipped, joint = [0.0] * 4, reference_joint()
-
-    def realised(time, position):
-        if delay == 0.0:
-            return clipped[-1]
-        return 0.5 * clipped[-2] + 0.5 * clipped[-3]
-
-    torques, noise = [], NOISE * np.random.default_rng(101).standard_normal(900)[300:]
+    noise = NOISE * np.random.default_rng(101).standard_normal(900)[300:]
     for k, time in enumerate(PERIOD * np.arange(300, 900)):
-        given = {"realised_torque": realised(time, 0.0)} if k else {}
+        realised = clipped[-1] if delay == 0.0 else 0.5 * clipped[-2] + 0.5 * clipped[-3]
+        given = {"realised_torque": realised} if k else {}
         velocity = joint.state.velocity + noise[k]
         torque = by_hand.step(plan(time), velocity, next_reference=plan(time + PERIOD), **given)
         clipped.append(min(max(torque, -limit), limit))
-        torques.append(clipped[-1])
         joint.step(clipped[-1], PERIOD)
-    np.testing.assert_allclose(own.torque, torques, atol=1e-9)
+    np.testing.assert_allclose(own.torque, clipped[4:], atol=1e-9)
     assert np.max(np.abs(own.torque)) == limit
     assert controller.torque_limit == limit
     with pytest.raises(AttributeError):  # a limit that is set later would do nothing
@@ -256,10 +250,7 @@ def test_torque_limit_does_what_clipping_and_reporting_by_hand_does(delay):
 
 
 def test_inverse_dynamics_with_inertia_is_fed_once_and_the_inertia_is_identified():
-    def dynamics(time, position):
-        return 20.0 * slope(time)
-
-    options = {"feedforward": dynamics}
+    options = {"feedforward": lambda time, position: 20.0 * slope(time)}
     said, silent, plain = make(feedforward_includes_inertia=True), make(), make()
     with_it = drive(said, reference_joint(), 0.0, 20.0, **options)
     drive(silent, reference_joint(), 0.0, 20.0, **options)
@@ -277,7 +268,7 @@ def test_a_joint_that_is_held_from_outside_keeps_its_estimates_bounded_and_recov
         joint, end = reference_joint(), begin + clamped
         if begin > 0.0:
             drive(controller, joint, 0.0, begin)
-        drive(controller, joint, begin, end, clamped=lambda time: True)
+        drive(controller, joint, begin, end, clamped=True)
         if name == "adaptive":
             held = controller.estimates
             assert all(abs(held[key]) <= 800.0 for key in ("coulomb", "stiction", "offset"))
@@ -290,12 +281,9 @@ def test_with_adaptation_off_a_load_far_larger_than_what_was_learnt_is_no_brake(
     controller, joint = make(), reference_joint()
     drive(controller, joint, 0.0, 12.0)
     controller.enabled = False
-
-    def load(time, position):
-        return 800.0
-
-    late = drive(controller, joint, 12.0, 40.0, load=load, limit=math.inf)
-    alone = drive(PI(*GAINS, PERIOD), reference_joint(), 12.0, 40.0, load=load, limit=math.inf)
+    load = {"load": lambda time, position: 800.0}
+    late = drive(controller, joint, 12.0, 40.0, **load)
+    alone = drive(PI(*GAINS, PERIOD), reference_joint(), 12.0, 40.0, **load)
     assert rms(late.error[late.time > 20.0]) < rms(alone.error[alone.time > 20.0])
 
 
@@ -337,11 +325,8 @@ def test_stepped_set_points_are_tracked_no_worse_than_by_pi():
 
 def test_a_known_torque_far_larger_than_friction_is_no_brake():
     """What is known does not tell what moved the joint; else each reversal would let the observer go for good."""
-
-    def known(time, position):
-        return 600.0
-
-    loaded = drive(make(), reference_joint(), 0.0, 20.0, load=known, feedforward=known)
+    known = dict.fromkeys(("load", "feedforward"), lambda time, position: 600.0)
+    loaded = drive(make(), reference_joint(), 0.0, 20.0, **known)
     alone = drive(make(), reference_joint(), 0.0, 20.0)
     assert rms(loaded.error[loaded.time > 5.0]) == pytest.approx(rms(alone.error[alone.time > 5.0]), rel=0.02)
 
@@ -349,13 +334,10 @@ def test_a_known_torque_far_larger_than_friction_is_no_brake():
 @pytest.mark.parametrize(("frequency", "size"), [(25.0, 30.0), (9.0, 100.0)])
 def test_a_load_that_comes_and_goes_on_a_joint_of_little_friction_is_no_ringing(frequency, size):
     """Where such errors were measured by the friction alone, the observer was let go of for good."""
-
-    def load(time, position):
-        return size * math.sin(frequency * time)
-
     errors, smooth = {}, {"coulomb": 6.0, "stiction": 9.0, "viscous": 8.0}
+    load = {"load": lambda time, position: size * math.sin(frequency * time)}
     for name, controller in (("pi", PI(*GAINS, PERIOD)), ("adaptive", make())):
-        driven = drive(controller, reference_joint(**smooth), 0.0, 25.0, load=load)
+        driven = drive(controller, reference_joint(**smooth), 0.0, 25.0, **load)
         errors[name] = rms(driven.error[driven.time > 5.0])
     assert errors["adaptive"] < 0.7 * errors["pi"]
 
