@@ -188,7 +188,6 @@ def test_bytes_of_a_state_that_are_damaged_or_of_another_controller_are_refused(
 
 def test_a_state_of_another_joint_is_refused():
     """All axes of a machine have states of one layout; the friction of one would throw another."""
-
     runner = runner_of("adaptive")
     content = state_to_bytes(runner.in_python())
     others = ({"inertia": 0.02}, {"period": 0.005}, {"stribeck_velocity": 0.5}, {"delay": 1.0})

@@ -2,6 +2,7 @@
 
 from dataclasses import fields, replace
 from time import process_time
+from unittest.mock import Mock
 
 import matplotlib
 import numpy as np
@@ -77,11 +78,7 @@ def test_without_runs_it_is_refused_and_failed_writing_leaves_no_part_of_a_pictu
     with pytest.raises(ValueError, match=r"comparison.runs is empty"):
         plot_comparison(Comparison(SHORT, {}))
     (tmp_path / "tracking.png").write_bytes(b"older")
-
-    def fail(*_):
-        raise OSError("disk full")
-
-    monkeypatch.setattr("os.replace", fail)
+    monkeypatch.setattr("os.replace", Mock(side_effect=OSError("disk full")))
     with pytest.raises(InputError, match=r"tracking\.png: cannot be written: disk full"):
         plot_comparison(compare(SHORT.modified(duration=1.0, controllers=["pi"])), tmp_path)
     assert [file.name for file in tmp_path.iterdir()] == ["tracking.png"]
@@ -189,12 +186,8 @@ def test_one_perfect_run_beside_another(comparison):
 
 def outcome(draw, adaptive, **own):
     """An outcome in which errors of pi are one."""
-
-    def metrics(error):
-        return Metrics(**{field.name: error for field in fields(Metrics)})
-
-    errors = {"pi": 1.0, "adaptive": adaptive, **own}
-    return Outcome(draw, {name: metrics(error) for name, error in errors.items()}, fall=draw)
+    errors, count = {"pi": 1.0, "adaptive": adaptive, **own}, len(fields(Metrics))
+    return Outcome(draw, {name: Metrics(*[error] * count) for name, error in errors.items()}, fall=draw)
 
 
 def test_distributions_and_worst_cases_of_a_sweep_are_drawn():
