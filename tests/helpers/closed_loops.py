@@ -143,8 +143,8 @@ def is_finite(value):
 class Learnt:
     """A controller that has learnt, to be run on with bad inputs again and again."""
 
-    def __init__(self, name, seed=101):
-        self.setup = build_setup(SCENARIO.modified(duration=(FIRST + BAD + AFTER + JUDGED) / 100.0, seed=seed))
+    def __init__(self, name):
+        self.setup = build_setup(SCENARIO.modified(duration=(FIRST + BAD + AFTER + JUDGED) / 100.0, seed=101))
         self.controller = make(name)
         self.record = empty_record(self.setup, len(self.controller.estimate_names))
         start, block = start_position(self.setup), self.controller.parameters

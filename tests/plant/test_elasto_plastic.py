@@ -41,7 +41,7 @@ def test_branches_from_rest_and_from_a_reversal_are_the_curve_of_the_source():
 def test_closed_loop_takes_the_energy_of_the_closed_form(stroke):
     # the curve covers 3/4 of a rectangle: a cycle that slides takes 2 Fc (stroke - s/2)
     joint = model(**FLAT).parameters
-    steps = 5_000
+    steps = 2_500
     path = np.concatenate([np.linspace(0.0, stroke, steps + 1), np.linspace(stroke, 0.0, steps + 1)[1:]])
     twice = np.concatenate([path, path[1:]])
     torque = friction_along(joint, twice)[-2 * steps :]
@@ -104,8 +104,7 @@ def test_motion_from_presliding_into_sliding_converges_to_that_of_solve_ivp_with
     exact = by_runge_kutta(joint, start, torque, 0.3)
     errors = ends(joint, start, torque, 0.3, (1e-4, 5e-5, 2.5e-5))[:, [0, 2, 1]] - exact
     assert np.all(np.abs(errors[0]) < 0.01 * np.abs(exact))
-    assert errors[0] / errors[1] == pytest.approx(2.0, abs=0.1)
-    assert errors[1] / errors[2] == pytest.approx(2.0, abs=0.1)
+    assert errors[:-1] / errors[1:] == pytest.approx(2.0, abs=0.1)
 
 
 @st.composite

@@ -45,14 +45,12 @@ def test_first_branch_is_the_sum_of_springs_that_slip_and_every_other_one_obeys_
 @pytest.mark.parametrize("amplitude", [2e-4, 8e-4, 5e-3])
 def test_closed_loop_takes_the_energy_of_the_closed_form(amplitude):
     joint = model(**FLAT).parameters
-    quarter = np.linspace(0.0, amplitude, 2001)
+    quarter = np.linspace(0.0, amplitude, 1001)
     cycle = np.concatenate([quarter, quarter[::-1][1:], -quarter[1:], -quarter[::-1][1:]])
-    torque = friction_along(joint, np.concatenate([cycle, cycle[1:]]))[-8000:]
-    path = cycle[1:]
+    torque = friction_along(joint, np.concatenate([cycle, cycle[1:]]))[-4000:]
     area = np.sum(torque * np.diff(cycle))  # each torque holds over its step: a sum of rectangles
     expected = np.sum(4.0 * 60.0 * SHARES * np.maximum(amplitude - REACHES, 0.0))
     assert area == pytest.approx(expected, abs=2e-3 * 4.0 * 60.0 * amplitude)
-    assert path.size == torque.size
 
 
 def of_events(torque, duration, joint):
@@ -83,8 +81,7 @@ def test_motion_through_all_onsets_of_slip_converges_to_that_of_solve_ivp_with_f
     exact = of_events(lambda t: 400.0 * t, 0.4, joint)
     errors = ends(joint, REST, lambda t: 400.0 * t, 0.4, (1e-4, 5e-5, 2.5e-5))[:, [0, 2]] - exact
     assert np.all(np.abs(errors[0]) < 1e-3 * exact)
-    assert errors[0] / errors[1] == pytest.approx(2.0, abs=0.1)
-    assert errors[1] / errors[2] == pytest.approx(2.0, abs=0.1)
+    assert errors[:-1] / errors[1:] == pytest.approx(2.0, abs=0.1)
 
 
 def test_sliding_friction_follows_with_the_time_constant_of_the_attraction():
