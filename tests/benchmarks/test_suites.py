@@ -331,5 +331,5 @@ def test_further_files_count_to_the_byte(tmp_path):
 def test_every_equivalent_mutant_is_one_of_those_that_are_made(name):
     found, listed = pkgutil.resolve_name(name), {key for key in EQUIVALENT if key[0] == name}
     lines = {before for _, before, _ in listed}
-    every = mutants(name, getattr(found, "fget", found))  # of a property its function
+    every = mutants(name, getattr(found, "fget", getattr(found, "py_func", found)))  # of a property, or a kernel
     assert listed <= {mutant.key for mutant in every if mutant.before in lines}

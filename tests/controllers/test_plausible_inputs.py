@@ -35,7 +35,7 @@ def test_inputs_along_a_plan_know_nothing_else():
         ("feedforward", -1e7, 1.001e7, 7.0),
         ("realised_torque", 1e7, -1.001e7, math.nan),
         ("position", 1e12, -1.001e12, math.nan),
-        ("inertia", 1.001e-4, 0.999e-4, math.nan),
+        ("inertia", 1.001e-4, 100.0 * 1e-6, math.nan),
         ("inertia", 1e5, 1.001e5, math.nan),
         ("dt", 1e-5, 0.999e-5, 0.01),
         ("dt", 100.0, 100.1, 0.01),
@@ -100,4 +100,4 @@ def test_content_of_another_shape_is_refused_with_its_place(change, said):
 def test_bounds_of_loops_with_small_gains_or_none_and_of_what_an_observer_holds():
     assert [largest_torque(*gains) for gains in ((0.5, 0.0), (0.0, 0.5), (0.0, 0.0))] == [5e4, 5e4, math.inf]
     assert inertia_bounds(0.0) == (0.0, math.inf)
-    assert [kept(value) for value in (0.9e30, -1.1e30, math.nan)] == [0.9e30, 0.0, 0.0]
+    assert [kept(value) for value in (0.9e30, 1e30, -1.1e30, math.nan)] == [0.9e30, 0.0, 0.0, 0.0]

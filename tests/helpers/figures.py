@@ -7,6 +7,7 @@ A change of behaviour shows here, by name; whether it is wanted, the suites of `
 
 import json
 import warnings
+from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
@@ -19,6 +20,8 @@ from adaptive_ff.identify.identification import identify_log
 from adaptive_ff.identify.score import score_log
 from adaptive_ff.logs.log import Log
 from adaptive_ff.replay.replay import replay_log
+from adaptive_ff.simulation.metrics import standstill_range
+from adaptive_ff.studies.tracking import run_errors
 
 STORED = Path(__file__).resolve().parent.parent / "figures.json"
 
@@ -43,6 +46,7 @@ FEATURES = {
         "paper_100hz",
         {"actuator": {"torque_resolution": 5.0, "rate_limit": 2000.0, "ripple_amplitude": 3.0}},
     ),
+    "path of an elastic joint": ("elastic", {"position": {}}),
     "unspecified limit": ("saturation", {"actuator": {"reports_torque": False}}),
 }
 """Features of ``adaptive``: a scenario, and what is changed in it."""
@@ -53,16 +57,20 @@ def short(name, seconds=8.0):
     name, changes = FEATURES.get(name, (name, {}))
     scenario = load_scenario(name).modified(**changes)
     scale = min(1.0, seconds / scenario.duration)
+    pause = getattr(scenario.reference, "pause", None)
+    pause = {"reference": {"pause": [scale * one for one in pause]}} if pause else {}
     change = [{**one.model_dump(exclude_unset=True), "time": round(one.time * scale, 2)} for one in scenario.change]
-    return scenario.modified(duration=seconds, seed=101, **({"change": change} if change else {}))
+    return scenario.modified(duration=seconds, seed=101, **pause, **({"change": change} if change else {}))
 
 
 def run_figures(name, controller="adaptive"):
-    """Return errors, torque and estimates of a run."""
+    """Return errors, figures of merit, torque and estimates of a run."""
     run = simulate(short(name), CONTROLLERS[controller](short(name)), name=controller)
     error = run.reference - run.velocity if run.position_error is None else run.position_error
     found = {"error": rms(error), "late error": rms(error[error.size // 2 :]), "torque": rms(run.torque)}
-    found |= {"feedforward": rms(run.feedforward)}
+    found |= {"feedforward": rms(run.feedforward), "windows": rms(run_errors(run).series)}
+    found |= dict(numbers(asdict(run.metrics) | asdict(run.position_metrics or run.metrics)))
+    found |= dict(numbers({"standstill": standstill_range(run.solver_time, run.reference, run.velocity)}))
     found |= {f"estimate {key}": float(values[-1]) for key, values in run.estimates.items()}
     found |= {f"uncertainty {key}": float(values[-1]) for key, values in run.uncertainties.items()}
     return found

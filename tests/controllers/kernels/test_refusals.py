@@ -13,9 +13,10 @@ HEAD = """import collections
 import functools
 import math
 from typing import NamedTuple
-from written_kernels import Point, measure
+from written_kernels import Point, is_far, measure
 
 COUNT = 3
+LEVEL = 9.0
 LARGE = 2**64
 LEAST = -(2**63)
 LIST = [1.0]
@@ -288,6 +289,8 @@ def test_integers_of_real_numbers_are_the_nearest_that_there_are(x, expected, tm
         "while True:\n    x = x * 0.5\n    if x < 1.0:\n        return x",
         "while False:\n    x += 1.0\nreturn x",
         "for i in range(n):\n    y = x\n    x += y\nreturn x",
+        "for i in range(3):\n    if x > i:\n        y = x\n        continue\n    return 0.0\nreturn y",
+        "y = Point(x, x)\nreturn LEVEL if is_far(y) else LEVEL + 1.0",
         "y = 0.0\nfor i in range(n):\n    y = x\nreturn y",
         "while x > 1.0:\n    x *= 0.5\nreturn (x, x)[n % 2]",
         "if x > 0.0:\n    return x, 2.0\nreturn 1, x",
