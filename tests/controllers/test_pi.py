@@ -11,6 +11,14 @@ from controllers import PI, PositionLoop, compiled, design_position_loop, feed_b
 from controllers.delay import delay_line, delayed, remember
 
 
+def test_a_measurement_may_be_lost_for_two_seconds():
+    loop, found = PI(*GAINS, 0.5), []
+    for _ in range(5):
+        loop.step(0.1, math.nan)
+        found.append(loop.fault)
+    assert found == [False, False, False, False, True]
+
+
 @pytest.mark.parametrize("gains", [GAINS, (GAINS[0], 0.0), (100.0, 3000.0)])
 def test_closed_loop_with_an_inertia_is_the_transfer_function_of_python_control(gains):
     proportional, integral = gains
