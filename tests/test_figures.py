@@ -5,8 +5,7 @@ import json
 import pytest
 from figures import CASES, STORED, figures
 
-FITTED = 2e-3
-"""Relative change of a figure behind a search that ends elsewhere on another processor."""
+FITTED = 2e-3  # relative change of a figure behind a search that ends elsewhere on another processor
 
 KNOWN = json.loads(STORED.read_text(encoding="utf-8"))
 

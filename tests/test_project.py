@@ -35,8 +35,7 @@ def test_import_contracts():
 
 
 DESK = ("plant", "pydantic", "rich", "matplotlib", "control", "filterpy", "typer")
-NEEDED = {"lazy_loader", "numpy", "scipy"}
-"""Packages from elsewhere that a controller may load."""
+NEEDED = {"lazy_loader", "numpy", "scipy"}  # packages from elsewhere that a controller may load
 
 
 def loaded_by(statements, names):

@@ -1,8 +1,7 @@
 """Figures of short runs of everything, to seven digits.
 
-``PYTHONPATH=. python tests/helpers/figures.py`` stores those of today.
-
-A change of behaviour shows here, by name; whether it is wanted, the suites of ``benchmarks`` say.
+``PYTHONPATH=. python tests/helpers/figures.py`` stores those of today. A change of behaviour shows
+here, by name; whether it is wanted, the suites of ``benchmarks`` say.
 """
 
 import json
@@ -32,7 +31,6 @@ SCENARIOS = """
     friction_over_position friction_over_load friction_over_temperature slow_025 steep_10 standstill"""
 """Scenarios in which ``adaptive`` runs; each other controller runs in that of the paper."""
 
-
 FEATURES = {
     "gravity": ("gravity_100", {"adaptation": {"identify": "gravity"}}),
     "ripples": ("gravity_40", {"adaptation": {"identify": "gravity", "ripple_periods": [0.05, 0.4]}}),
@@ -44,7 +42,7 @@ FEATURES = {
     "angle": ("encoder", {"sensor": {"ripple_amplitude": 1e-3, "ripple_period": 0.2, "held": 2, "held_share": 0.01}}),
     "coarse drive": (
         "paper_100hz",
-        {"actuator": {"torque_resolution": 5.0, "rate_limit": 2000.0, "ripple_amplitude": 3.0}},
+        {"actuator": {"torque_resolution": 5.0, "rate_limit": 2e3, "ripple_amplitude": 3.0}},
     ),
     "path of an elastic joint": ("elastic", {"position": {}}),
     "unspecified limit": ("saturation", {"actuator": {"reports_torque": False}}),

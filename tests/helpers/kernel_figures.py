@@ -23,8 +23,7 @@ GIVEN["body"] = written.Body(True, GIVEN["point"], 4, (1.0, 2.0, 3.0), GIVEN["ro
 """Samples of the arguments of kernels, by their names; others are numbers."""
 
 PIECES = Path(__file__).resolve().parent.parent / "pieces_of_kernels.txt"
-"""Expressions, then statements, then bodies of kernels: the first stand in the place of E, two others in that of S and
-T."""
+"""Expressions, then statements, then bodies of kernels, where E stands for the first, S and T for two of the others."""
 
 
 def c_of(function, kinds, precision, fixed):

@@ -300,10 +300,11 @@ def curve_figures():
     return found
 
 
-def sines(further, every=10):
-    """Return a log of a joint with a further torque along three sines, some rows of those at 1 kHz."""
+def sines(further, every=10, count=0.0):
+    """Return a log of a joint with a further torque along three sines, some rows of those at 1 kHz, in counts (rad)."""
     log = sines_log(further, seconds=14, rate=1000)[0]
-    return Log(log.name, log.time[::every], log.torque[::every], position=log.position[::every])
+    position = count * np.round(log.position / count) if count else log.position
+    return Log(log.name, log.time[::every], log.torque[::every], position=position[::every])
 
 
 def lagged(velocity, lag=30):
@@ -334,17 +335,8 @@ def steered(velocity, further=None):
     return Log("steered", time, torque, position=position, extra={KNOWN: known})
 
 
-def even(time):
-    return 1.0 + 0.6 * (np.sin(0.5 * time) > 0.0)
-
-
 def swept(time):
     return np.sin(2.0 * time + 0.3 * time**2) + 0.6 * np.sin(0.9 * time)
-
-
-def counted(log, count):
-    """Return a log of positions in counts."""
-    return replace(log, position=count * np.round(log.position / count))
 
 
 def torn(log):
@@ -356,7 +348,11 @@ def torn(log):
 LOGS = {
     "validated": (
         partial(steered, swept),
-        {"torque_delay": 0.02, "load_friction": True, "validation": lambda: torn(steered(lambda time: swept(time + 3.0)))},
+        {
+            "torque_delay": 0.02,
+            "load_friction": True,
+            "validation": lambda: torn(steered(lambda time: swept(time + 3.0))),
+        },
     ),
     "known": (partial(steered, swept), {"load_friction": True, "model": "gravity-directions"}),
     "two periods": (
@@ -368,13 +364,13 @@ LOGS = {
         {"linear": True, "is_current": True, "position_hats": 2, "model": "directions", "held_out": 0.2},
     ),
     "loaded": (
-        partial(sines, lambda q, w: carried(q, w) + (0.2 + np.abs(carried(q, w, 500.0))) * np.tanh(80.0 * w), 4),
+        partial(sines, lambda q, w: carried(q, w) + (0.6 + 0.3 * np.abs(carried(q, w, 500.0))) * np.tanh(80.0 * w), 4),
         {"confidence": 0.9},
     ),
-    "counts": (lambda: counted(sines(lambda q, w: 2.0 * np.tanh(80.0 * w), 1), 0.02), {}),
+    "counts": (partial(sines, lambda q, w: 2.0 * np.tanh(80.0 * w), 1, 0.02), {}),
     "early": (partial(sines, lambda q, w: 3.0 * np.tanh(80.0 * w) - lagged(w, 9), 4), {}),
     "massless": (partial(sines, lambda q, w: np.tanh(80.0 * w) - 520.0 * np.gradient(w), 5), {}),
-    "two speeds": (partial(steered, even), {"model": "offset"}),
+    "two speeds": (partial(steered, lambda time: 1.0 + 0.6 * (time % 6.0 > 3.0)), {"model": "offset"}),
     "one-way": (partial(steered, lambda time: 1.2 + swept(time) * 0.5), {"model": "offset"}),
     "one sine": (partial(steered, lambda time: np.sin(5.0 * time)), {"bandwidth": 8.0, "torque_delay": -0.01}),
     "stops": (partial(steered, lambda time: swept(time) * (np.sin(1.1 * time) > -0.3)), {"model": "coulomb-viscous"}),
@@ -414,7 +410,11 @@ def identified_figures(name):
     texts |= {"verdict": " | ".join(verdict_lines(found)), "details": " | ".join(details(found))}
     score = {}
     try:
-        score = {} if log.position is None else score_log(log, options.get("validation", log), **options).to_dict() | {"identification": {}}
+        score = (
+            {}
+            if log.position is None
+            else score_log(log, options.get("validation", log), **options).to_dict() | {"identification": {}}
+        )
     except adaptive_ff.InputError as error:
         texts["score"] = str(error)
     texts["cautions"] = " | ".join([score.get("verdict", ""), *score.get("warnings", ())])

@@ -77,8 +77,7 @@ def yielding(x):
     yield x
 
 """
-FIRST = HEAD.count("\n") + 2
-"""Line of the first statement of a kernel."""
+FIRST = HEAD.count("\n") + 2  # line of the first statement of a kernel
 NO_VALUE = "has no value here; give it one before the branch or loop"
 
 
