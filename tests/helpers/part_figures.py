@@ -339,21 +339,15 @@ def swept(time):
     return np.sin(2.0 * time + 0.3 * time**2) + 0.6 * np.sin(0.9 * time)
 
 
-def torn(log):
-    """Return a log from 100 s on with a gap of a second in it."""
+def another():
+    """Return a log of the joint from 100 s on with a gap of a second in it."""
+    log = steered(lambda time: swept(time + 3.0))
     left = log.part(np.abs(log.time - 9.0) > 0.5)
     return replace(left, name="another", time=left.time + 100.0)
 
 
 LOGS = {
-    "validated": (
-        partial(steered, swept),
-        {
-            "torque_delay": 0.02,
-            "load_friction": True,
-            "validation": lambda: torn(steered(lambda time: swept(time + 3.0))),
-        },
-    ),
+    "validated": (partial(steered, swept), {"torque_delay": 0.02, "load_friction": True, "validation": another}),
     "known": (partial(steered, swept), {"load_friction": True, "model": "gravity-directions"}),
     "two periods": (
         partial(steered, swept, lambda q, w: np.sin(9.0 * q) + (0.8 * np.cos(5.0 * q)) * np.sign(w)),

@@ -81,7 +81,7 @@ def test_further_known_regressors_are_inputs_of_it(tmp_path):
 
     file = written(tmp_path, made_for_two())
     assert validate_fmu(str(file)) == []
-    controller, time = made_for_two().run_uncompiled(), 0.01 * np.arange(120)
+    controller, time = made_for_two().run_uncompiled(), 0.01 * np.arange(200)
     reference = 0.2 * np.sin(3.0 * time)
     columns = {"reference": reference, "velocity": np.roll(reference, 1) * 0.95}
     columns |= {"regressors[0]": np.sin(time), "regressors[1]": np.cos(2.0 * time)}

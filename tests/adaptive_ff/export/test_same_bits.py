@@ -10,7 +10,7 @@ import platform
 import numpy as np
 import pytest
 from closed_loops import SCENARIO as JOINT
-from closed_loops import build_setup, own_loop
+from closed_loops import build_setup, make, own_loop
 from exports import DELAYED, SIZES, adaptive, adaptive_variants, inputs, made, needs_gcc, steps_in_c, steps_in_python
 
 from adaptive_ff import AdaptiveController, run_in_c
@@ -32,6 +32,7 @@ MADE = {
     "adaptive with offset and lag": lambda: adaptive(SIZES["offset"], 0.0, 0.004),
     "adaptive by direction with delay": lambda: adaptive(SIZES["directions"], 1.5, 0.004),
     "adaptive with ripples": adaptive_variants()["ripples"],
+    "adaptive with a map of friction": adaptive_variants()["map"],
     "adaptive with a first map of friction": lambda: adaptive_variants()["map"](
         model={"inertia": 20.0, "friction_lag": 0.02, "coulomb": 60.0}, position_map=[0.3, 0.1, *[0.0] * 9]
     ),
@@ -49,14 +50,9 @@ def same(found, expected):
 
 
 @functools.cache
-def shared(name):
-    return run_in_c(MADE[name]())
-
-
 def runner_of(name):
-    """A runner that tests share, as new."""
-    shared(name).reset()
-    return shared(name)
+    """A runner that tests share; each leaves it as new, whichever comes first."""
+    return run_in_c(MADE[name]())
 
 
 @pytest.mark.parametrize("name", MADE)
@@ -71,6 +67,7 @@ def test_torque_and_state_are_those_of_the_kernels(name):
         assert runner.state_to_json() == controller.state_to_json()
     assert runner.estimates == pytest.approx(controller.estimates)
     assert runner.rejected == controller.rejected > 0
+    runner.reset()
 
 
 def test_a_state_goes_from_python_to_c_and_back():
@@ -81,6 +78,7 @@ def test_a_state_goes_from_python_to_c_and_back():
     found = steps_in_c(runner, rows[50:100])
     again = MADE["adaptive with offset and lag"]()
     again.state_from_json(runner.state_to_json())
+    runner.reset()
     expected = steps_in_python(controller, rows[50:])
     assert same(np.vstack([found, steps_in_python(again, rows[100:])]), expected)
 
@@ -99,8 +97,9 @@ def test_an_exported_controller_starts_in_the_state_that_it_has_and_resets_to_th
 
 def test_it_is_used_like_the_controller_that_it_was_made_from():
     setup = build_setup(JOINT.modified(duration=2.0))
-    runner, lost = runner_of("adaptive"), {50: math.nan}
-    assert same(own_loop(runner, setup, lost=lost), own_loop(adaptive().run_uncompiled(), setup, lost=lost))
+    runner = run_in_c(make("adaptive"))
+    lost = {50: math.nan}
+    assert same(own_loop(runner, setup, lost=lost), own_loop(make("adaptive").run_uncompiled(), setup, lost=lost))
     assert runner.enabled
     runner.enabled = False
     before = {name: value for name, value in runner.estimates.items() if name != "offset"}
@@ -110,7 +109,6 @@ def test_it_is_used_like_the_controller_that_it_was_made_from():
         runner.step(math.nan, 0.0)
     with pytest.raises(ValueError, match="dt = 0"):
         runner.step(0.0, 0.0, dt=0.0)
-    runner.enabled = True
 
 
 def test_further_regressors_reach_the_c_code_and_the_last_ones_hold():
@@ -142,6 +140,7 @@ def test_a_takeover_in_c_is_that_of_python():
     with pytest.raises(ValueError, match=r"^reference = nan"):
         runner.take_over(33.0, math.nan, 0.49)
     assert runner.state_to_json() == before
+    runner.reset()
 
 
 @pytest.mark.parametrize(
@@ -154,6 +153,7 @@ def test_a_restart_in_c_is_that_of_python(name):
     steps_in_c(runner, inputs(controller, 80))
     runner._library.controller_restart(runner._handle)
     assert runner.state_to_json() == controller.state_to_json()
+    runner.reset()
 
 
 def test_without_a_compiler_it_says_so(monkeypatch):
@@ -188,15 +188,20 @@ def test_bytes_of_a_state_that_are_damaged_or_of_another_controller_are_refused(
 
 def test_a_state_of_another_joint_is_refused():
     """All axes of a machine have states of one layout; the friction of one would throw another."""
-    runner = runner_of("adaptive")
+
+    def axis(inertia=20.0, period=0.01, stribeck_velocity=0.05, **further):
+        gains = PI.design(inertia=inertia, period=period, bandwidth=10.0)
+        made_for = {"inertia": inertia, "stribeck_velocity": stribeck_velocity, **further}
+        return AdaptiveController(gains.proportional, gains.integral, period, **made_for)
+
+    runner = run_in_c(axis())
     content = state_to_bytes(runner.in_python())
-    others = ({"inertia": 0.02}, {"period": 0.005}, {"stribeck_velocity": 0.5}, {"delay": 1.0})
-    for other in (adaptive(**changed) for changed in others):
+    for other in (axis(inertia=0.02), axis(period=0.005), axis(stribeck_velocity=0.5), axis(delay=1.0)):
         with pytest.raises(InputError, match=r"of another controller|bytes is not allowed"):
             state_from_bytes(other, content)
         foreign = state_to_bytes(other)
         assert runner._library.controller_load_state(runner._handle, foreign, len(foreign)) != 0
-    limited = adaptive(torque_limit=400.0)
+    limited = axis(torque_limit=400.0)
     state_from_bytes(limited, content)
     again = state_to_bytes(limited)
     assert runner._library.controller_load_state(runner._handle, again, len(again)) == 0

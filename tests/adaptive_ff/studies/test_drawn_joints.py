@@ -25,7 +25,7 @@ SHORT = load_scenario().modified(duration=4.0, sweep={"velocity_noise": [0.0, 0.
 
 @pytest.fixture(scope="module")
 def outcomes(one_thread):
-    return studies.sweep(SHORT, 12, seed=5, executor=one_thread)
+    return studies.sweep(SHORT, 24, seed=5, executor=one_thread)
 
 
 @given(st.integers(0, 10**6))
@@ -73,7 +73,7 @@ def test_draw_depends_on_seed_and_number_only(outcomes):
 
 def test_several_workers_give_the_same_as_one(outcomes):
     shares = []
-    assert studies.sweep(SHORT, 12, seed=5, progress=shares.append) == outcomes
+    assert studies.sweep(SHORT, 24, seed=5, progress=shares.append) == outcomes
     assert shares == sorted(shares)
     assert shares[-1] == 1.0
 
@@ -81,7 +81,7 @@ def test_several_workers_give_the_same_as_one(outcomes):
 def test_summary_counts_and_ranks(outcomes):
     result = studies.summary(outcomes, seed=5)
     ran = [outcome for outcome in outcomes if not outcome.refused]
-    assert (result["draws"], result["refused"]) == (12, 12 - len(ran))
+    assert (result["draws"], result["refused"]) == (24, 24 - len(ran))
     whole = sorted((studies.quantities(outcome)["whole_run"] for outcome in ran), reverse=True)
     assert [case["whole_run"] for case in result["worst"]] == whole[:3]
     assert result["quantiles"]["whole_run"]["0.5"] == pytest.approx(np.median(whole))
