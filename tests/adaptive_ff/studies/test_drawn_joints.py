@@ -120,7 +120,7 @@ def test_bad_input_is_refused(tmp_path):
 @pytest.mark.parametrize("name", ["asymmetric", "lugre", "elastic", "backlash", "maxwell", "rolling", "elasto_plastic"])
 def test_joints_of_every_kind_are_drawn(name, one_thread):
     scenario = load_scenario(name).modified(duration=5.0)
-    outcomes = studies.sweep(scenario, 3, 101, executor=one_thread)
+    outcomes = studies.sweep(scenario, 6, 101, executor=one_thread)
     ran = [outcome for outcome in outcomes if not outcome.refused]
     assert ran
     for outcome in ran:
