@@ -156,7 +156,7 @@ def steps(draw):
     return model.parameters, state, draw(TORQUE), model.solver_period
 
 
-@settings(max_examples=50)
+@settings(max_examples=100)
 @given(steps())
 def test_step_solves_its_equations_stays_in_the_gap_and_is_odd(case):
     joint, state, torque, h = case

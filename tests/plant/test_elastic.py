@@ -95,7 +95,7 @@ def energy(joint, state):
     return 0.5 * (kinetic + joint.link_stiffness * state.twist**2)
 
 
-@settings(max_examples=50)
+@settings(max_examples=100)
 @given(steps())
 def test_step_solves_its_equations_balances_energy_and_is_odd(case):
     joint, state, torque, h = case

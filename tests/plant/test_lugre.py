@@ -156,7 +156,7 @@ def steps(draw):
     return model, LuGreState(draw(VELOCITY), 0.0, 0.0, bending / joint.stiffness), draw(TORQUE)
 
 
-@settings(max_examples=50)
+@settings(max_examples=100)
 @given(steps())
 def test_step_solves_the_implicit_equations_is_odd_and_passive_and_keeps_its_bristles_within_stiction(case):
     model, state, torque = case
@@ -182,7 +182,7 @@ def test_step_solves_the_implicit_equations_is_odd_and_passive_and_keeps_its_bri
     assert mirrored(step_lugre, joint, state, torque, h) == after
 
 
-@settings(max_examples=40)
+@settings(max_examples=60)
 @given(models(), st.floats(-1.0, 1.0))
 def test_accepted_period_leaves_one_solution(model, share):
     joint, h = model.parameters, model.solver_period

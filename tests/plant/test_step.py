@@ -151,7 +151,7 @@ def assert_solves_the_implicit_equations(joint, state, torque, period):
     assert after.position == state.position + period * after.velocity
 
 
-@settings(max_examples=75)
+@settings(max_examples=150)
 @given(unique_steps(st.just(0.0) | st.floats(1e-4, 0.1)))
 def test_step_solves_the_implicit_equations_and_is_odd(case):
     joint, state, torque, period = case
@@ -187,7 +187,7 @@ def test_speed_of_sliding_solves_its_equation_to_the_last_digits():
     assert most < 3.0 * np.finfo(float).eps
 
 
-@settings(max_examples=75)
+@settings(max_examples=150)
 @given(unique_steps(st.just(0.0)))
 @example((PROMPT, JointState(1e-9, 0.0, 0.0), 0.0, 1e-3))
 def test_friction_without_lag_dissipates_and_energy_does_not_grow_without_torque(case):

@@ -33,7 +33,7 @@ def noisy_fit():
     return fit_stribeck(*noisy(1))
 
 
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=25, deadline=None)
 @given(st.floats(1.0, 200.0), st.floats(1.1, 3.0), st.floats(1.0, 300.0), st.floats(0.01, 0.15), st.floats(0.6, 3.0))
 def test_points_without_error_give_back_the_curve(coulomb, ratio, viscous, stribeck_velocity, shape):
     true = Stribeck(coulomb, ratio * coulomb, viscous, stribeck_velocity, shape)

@@ -70,30 +70,24 @@ def test_log_takes_the_place_of_the_recording(commissioned, tmp_path, monkeypatc
     assert again == first
 
 
-@pytest.fixture
-def seen(monkeypatch):
-    """Logs that were to be identified, and the options with each."""
-    calls = []
+def test_torque_of_a_log_acts_at_its_stamp_unless_said_otherwise(commissioned, tmp_path, monkeypatch):
+    folder, _, scenario = commissioned
+    delays = []
 
-    def identify(log, **options):
-        calls.append((log, options))
+    def seen(log, *, torque_delay, **_):
+        delays.append(torque_delay)
         raise InputError("seen")
 
-    monkeypatch.setattr("adaptive_ff.identify_log", identify)
-    return calls
-
-
-def test_torque_of_a_log_acts_at_its_stamp_unless_said_otherwise(commissioned, tmp_path, seen):
-    folder, _, scenario = commissioned
+    monkeypatch.setattr("adaptive_ff.identify_log", seen)
     given = ("commission", scenario, "--log", folder / "log.csv", "--out", tmp_path / "again")
     assert refusal(*given) == "adaptive-ff: seen"
     assert refusal(*given, "--torque-delay", "0.003") == "adaptive-ff: seen"
-    assert [options["torque_delay"] for _, options in seen] == [None, 0.003]  # not known is taken for zero
+    assert delays == [None, 0.003]  # not known is taken for zero
     assert "--torque-delay are those of a --log" in refusal("commission", scenario, "--torque-delay", "0.003")
     assert "are those of a --log; give one" in refusal("commission", scenario, "--torque-column", "u")
 
 
-def test_log_in_other_columns_and_units_is_the_same_log(commissioned, tmp_path, seen):
+def test_log_in_other_columns_and_units_is_the_same_log(commissioned, tmp_path, without_pictures):
     folder, _, scenario = commissioned
     series = np.genfromtxt(folder / "log.csv", delimiter=",", names=True)
     changed = {"ms": 1e3 * series["time"], "w": np.degrees(series["velocity"]), "i_q": series["torque"] / 8.0}
@@ -101,11 +95,10 @@ def test_log_in_other_columns_and_units_is_the_same_log(commissioned, tmp_path, 
     named = ["--time-column", "ms", "--velocity-column", "w", "--torque-column", "i_q"]
     scaled = ["--scale", "ms=1e-3", "--scale", "w=pi/180", "--torque-constant", "8", "--torque-delay", "0.001"]
     again = ["commission", scenario, "--log", tmp_path / "log.csv", "--out", tmp_path / "again"]
-    assert refusal(*again, *named, *scaled) == "adaptive-ff: seen"
-    ((log, options),) = seen
-    for name in ("time", "velocity", "torque"):
-        np.testing.assert_allclose(getattr(log, name), series[name], rtol=1e-9, atol=1e-12)
-    assert (log.position, options["torque_delay"]) == (None, 0.001)
+    assert run_command_line(*again, *named, *scaled).status == 0
+    found, first = (load_scenario(path / "scenario.toml") for path in (tmp_path / "again", folder))
+    assert found.joint.coulomb == pytest.approx(first.joint.coulomb, rel=1e-4)
+    assert found.feedback.bandwidth == pytest.approx(first.feedback.bandwidth, rel=1e-3)
     assert "the column i_q seems to be a current in A; give --torque-constant" in refusal(*again, *named, *scaled[:4])
     assert "--torque-column must name a column, as none is called torque" in refusal(*again, *named[:4])
 
