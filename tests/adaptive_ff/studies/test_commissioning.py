@@ -87,8 +87,9 @@ def test_torque_of_a_log_acts_at_its_stamp_unless_said_otherwise(commissioned, t
     assert "are those of a --log; give one" in refusal("commission", scenario, "--torque-column", "u")
 
 
-def test_log_in_other_columns_and_units_is_the_same_log(commissioned, tmp_path, without_pictures):
+def test_log_in_other_columns_and_units_is_the_same_log(commissioned, tmp_path, monkeypatch, without_pictures):
     folder, _, scenario = commissioned
+    search_shortly(monkeypatch)
     series = np.genfromtxt(folder / "log.csv", delimiter=",", names=True)
     changed = {"ms": 1e3 * series["time"], "w": np.degrees(series["velocity"]), "i_q": series["torque"] / 8.0}
     write_csv(tmp_path / "log.csv", changed)
