@@ -1,7 +1,7 @@
 """Figures of short runs of everything, to seven digits.
 
-``PYTHONPATH=. python tests/helpers/figures.py`` stores those of today. A change of behaviour shows
-here, by name; whether it is wanted, the suites of ``benchmarks`` say.
+``PYTHONPATH=. python tests/helpers/figures.py`` stores those of today. A change of behaviour shows here, by name;
+whether it is wanted, the suites of ``benchmarks`` say.
 """
 
 import json
@@ -42,7 +42,7 @@ FEATURES = {
     "angle": ("encoder", {"sensor": {"ripple_amplitude": 1e-3, "ripple_period": 0.2, "held": 2, "held_share": 0.01}}),
     "coarse drive": (
         "paper_100hz",
-        {"actuator": {"torque_resolution": 5.0, "rate_limit": 2e3, "ripple_amplitude": 3.0}},
+        {"actuator": {"torque_resolution": 5.0, "rate_limit": 2000.0, "ripple_amplitude": 3.0}},
     ),
     "path of an elastic joint": ("elastic", {"position": {}}),
     "unspecified limit": ("saturation", {"actuator": {"reports_torque": False}}),

@@ -402,13 +402,9 @@ def identified_figures(name):
     texts |= {f"first {one}": words_of(found.first_estimate, *one) for one in ((), (1.7,), (1.7, WITH_OFFSET))}
     texts["turned"] = words_of(found.simulator, "mjcf", gear_ratio=-3.0)
     texts |= {"verdict": " | ".join(verdict_lines(found)), "details": " | ".join(details(found))}
-    score = {}
+    score, other = {}, options.get("validation", log)
     try:
-        score = (
-            {}
-            if log.position is None
-            else score_log(log, options.get("validation", log), **options).to_dict() | {"identification": {}}
-        )
+        score = {} if log.position is None else score_log(log, other, **options).to_dict() | {"identification": {}}
     except adaptive_ff.InputError as error:
         texts["score"] = str(error)
     texts["cautions"] = " | ".join([score.get("verdict", ""), *score.get("warnings", ())])
@@ -547,11 +543,11 @@ def export_figures():
     """Return digests of the files of exported controllers, numbers of versions apart."""
     found, loop, learning = {}, controllers.PI(1256.0, 15800.0, 0.01, delay=1.5), adaptive_variants()["map"]()
     options = {"single": True, "prefix": "axis"}
-    for label, one, given in (("double", loop, {}), ("single", loop, options), ("adaptive", learning, options)):
+    for label, exported, given in (("double", loop, {}), ("single", loop, options), ("adaptive", learning, options)):
         with TemporaryDirectory() as folder:
-            for file in sorted(adaptive_ff.export_controller(one, folder, **given)):
+            for file in sorted(adaptive_ff.export_controller(exported, folder, **given)):
                 text = file.read_text(encoding="utf-8").replace(adaptive_ff.__version__, "")
-                if one is loop:
+                if exported is loop:
                     found[f"{label} {file.name}"] = digest([text])
                 elif file.stem == "axis":  # numbers of its self-test are of one processor
                     found[f"{label} {file.name}"] = digest([NAMED.sub(lambda one: f"{float(one[0]):.6g}", text)])

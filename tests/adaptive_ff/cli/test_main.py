@@ -95,7 +95,10 @@ def test_files_of_a_former_run_are_replaced_and_others_stay(tmp_path, scenario, 
 
 def test_without_a_file_it_runs_the_built_in_scenario_into_the_folder_results(tmp_path, monkeypatch, without_pictures):
     monkeypatch.chdir(tmp_path)
-    brief = lambda scenario, **_: compare(scenario.modified(duration=0.1))  # noqa: E731
+
+    def brief(scenario, **options):
+        return compare(scenario.modified(duration=0.1))
+
     with patch("adaptive_ff.comparison.comparison.compare", brief):
         outcome = run_command_line("compare")
     assert outcome.status == 0
