@@ -59,10 +59,11 @@ def drive(controller, joint, begin, end, *, load=None, limit=math.inf, clamped=F
         torque = controller.step(plan(time), state.velocity + noise[k], next_reference=following, **arguments)
         rows.append((time, plan(time) - state.velocity, state.position, torque))
         acting = min(max(torque, -limit), limit)
+        steps = 1 if load is None else STEPS  # a load goes with the position on the way
+        for _ in range(0 if clamped else steps):
+            joint.step(acting - (load(time, joint.state.position) if load else 0.0), PERIOD / steps)
         if clamped:
             joint.state = joint.state._replace(velocity=0.0, friction_torque=0.0)
-        else:
-            joint.step(acting - (0.0 if load is None else load(time, state.position)), PERIOD)
     return Driven(*np.array(rows).T)
 
 
