@@ -48,7 +48,6 @@ from .pi import PIState as PIState
 from .pi import asked_torque as asked_torque
 from .pi import check_gains as check_gains
 from .pi import feed_back as feed_back
-from .pi import hand_over as hand_over
 from .pi import initial_pi_state as initial_pi_state
 from .pi import plausible_inputs as plausible_inputs
 from .pi import step_pi as step_pi

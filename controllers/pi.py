@@ -94,16 +94,6 @@ def step_pi(pi: PIParameters, state: PIState, inputs: Inputs) -> tuple[Output, P
     return feed_back(pi, state, inputs, guard)
 
 
-def hand_over(pi: PIParameters, state: PIState, torque: float) -> PIState:
-    """Take a torque (N m) out of the integral, because feedforward begins to give it: the output does not jump.
-
-    A delay of the drive changes nothing in that: it holds back the sum of both.
-    """
-    if pi.integral <= 0.0:
-        return state
-    return state._replace(integral=state.integral - torque)
-
-
 register(PIParameters, step_pi, initial_pi_state)
 
 

@@ -43,7 +43,6 @@ from controllers import (
     PIParameters,
     acts_on_plan,
     feed_back,
-    hand_over,
     plausible_inputs,
     remember,
     with_feedforward,
@@ -194,7 +193,7 @@ def step_adaptive(parameters: AdaptiveParameters, state: AdaptiveState, inputs: 
     peak = max(abs(inputs.reference), state.peak * fades)
     fed_gain = next_gain(parameters, state, peak, fed.largest, duration)
     observer, passed, of_observer = pass_torque(pi, state, fed, learnt.observer, torque, gain, fed_gain)
-    feedback = hand_over(pi, state.feedback, passed)
+    feedback = state.feedback._replace(integral=state.feedback.integral - passed)
     unwound = unwound_integral(pi, feedback, inputs) - feedback.integral
     total = fed_gain * (fed.torque + observer.gain * observer.torque)
     count = state.psi.size

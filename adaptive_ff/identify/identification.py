@@ -91,8 +91,7 @@ def identify_log(
     used = log.time.size if validation is not None else round((1.0 - held_out) * log.time.size)
     prepared = prepare(log.part(slice(None, used)), bandwidth=bandwidth, torque_delay=torque_delay, linear=linear)
     ends = float(np.min(prepared.position)), float(np.max(prepared.position))
-    place = Map(tuple(position_periods), position_hats, *(ends if ends[1] > ends[0] else (ends[0], ends[0] + 1.0)))
-    data = prepared._replace(place=place, has_known=load_friction)
+    data = prepared._replace(place=Map(tuple(position_periods), position_hats, *ends), has_known=load_friction)
     textbook, refined, taken, lacking = select(data, *FAMILIES[model], confidence, refine=model != "coulomb-viscous")
     best, units = refined or textbook, LINEAR if linear else ROTARY
     _check_plausible(log, data, textbook.model, best.left)
@@ -100,7 +99,7 @@ def identify_log(
     if validation is not None or held_out:
         other = validation or replace(log.part(slice(used, None)), name=f"{log.name}, its end that is held out")
         measured = prepare(other, judged=data.band, torque_delay=torque_delay, linear=linear)
-        error = measured._replace(place=place).left(best)
+        error = measured._replace(place=data.place).left(best)
         name = "the end of the log" if validation is None else validation.name
         cuts = [one.reason for one in measured.skipped]
         if measured.band < 0.99 * data.band:

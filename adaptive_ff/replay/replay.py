@@ -353,6 +353,8 @@ def _saved_state(learner: Learner, state: str | Path) -> Estimate:
     named, text = (f"{state}: ", read_text(state, "cannot be read")) if isinstance(state, Path) else ("", state)
     try:
         content = json.loads(text)
+        if not isinstance(content, dict):
+            raise TypeError("it must be an object")
         names = tuple(content["replay"])
         estimate, covariance = (np.array(content[key], dtype=float) for key in ("estimate", "covariance"))
     except (ValueError, KeyError, TypeError, RecursionError) as error:
