@@ -2,6 +2,7 @@
 
 import json
 import math
+from functools import partial
 
 import numpy as np
 import pytest
@@ -11,11 +12,12 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from adaptive_ff import AdaptiveController
-from adaptive_ff.adaptive.state_check import check_adaptive_state
+from adaptive_ff.adaptive.state_check import ROUNDING, check_adaptive_state
 from adaptive_ff.friction.model import ESTIMATED, PER_DIRECTION_WITH_GRAVITY
 from adaptive_ff.learning.kalman import LOOP
 from controllers import Inputs, pi_gains
 from controllers.arrays import unpacked
+from controllers.plausibility import LARGEST_VELOCITY, MOST_TIME, largest_torque
 
 LIMIT, FASTEST = 400.0, 0.5
 
@@ -201,10 +203,40 @@ def test_a_joint_in_other_units_moves_alike(torque_unit, angle_unit, expected):
     np.testing.assert_allclose(torques(torque_unit, angle_unit), expected, rtol=0.0, atol=1e-3)
 
 
-def test_a_state_with_a_deviation_beyond_that_of_any_machine_is_refused():
-    controller = adaptive()
-    state = controller.state
-    check_adaptive_state(controller.parameters, state)
-    estimate = state.estimate._replace(covariance=1e60 * state.estimate.covariance)
-    with pytest.raises(ValueError, match=r"^state\.estimate\.covariance is not allowed: no deviation is beyond"):
-        check_adaptive_state(controller.parameters, state._replace(estimate=estimate))
+LARGEST = largest_torque(*pi_gains(20.0, 10.0))
+LIMITS = {
+    **dict.fromkeys(("weight", "fed_gain", "observer.gain"), (0.0, 1.0)),
+    **dict.fromkeys(("observer.error", "observer.brought", "noise.means"), (0.0, math.inf)),
+    **dict.fromkeys(("held", "steady", "sliding", "observer.torque"), (-LARGEST, LARGEST)),
+    **dict.fromkeys(("response.states", "response.torques", "psi", "sums"), (-LARGEST, LARGEST)),
+    **dict.fromkeys(("filtered", "last_reference"), (-LARGEST_VELOCITY, LARGEST_VELOCITY)),
+    **dict.fromkeys(("friction.lagged", "friction.bent"), (-1.0 / ROUNDING, 1.0 / ROUNDING)),
+    **dict.fromkeys(("friction.direction", "friction.held"), (-1.0, 1.0)),
+    "unit": (5e-324, LARGEST),
+    "interval.samples": (0, 3),
+    "interval.duration": (0.0, MOST_TIME * 0.001 * 3),
+    "estimate.covariance": (-(LARGEST**2), LARGEST**2),
+    f"estimate.mean.{LOOP + 1}": (-ROUNDING, LARGEST),
+}
+"""Least and largest numbers of a state, by their place in it; of an array, in all places or in one."""
+
+
+def with_number(value, place, number):
+    """Return a state with another number in a place."""
+    name, _, rest = place.partition(".")
+    if isinstance(value, np.ndarray):
+        changed = value.copy()
+        changed[int(name) if name else ...] = number
+        return changed
+    return value._replace(**{name: with_number(getattr(value, name), rest, number)}) if name else number
+
+
+@pytest.mark.parametrize("place", LIMITS)
+def test_a_state_may_hold_each_limit_and_nothing_beyond_it(place):
+    controller = adaptive(period=0.001)
+    check, known = partial(check_adaptive_state, controller.parameters), controller.state
+    rule = "no deviation is beyond" if place == "estimate.covariance" else ""
+    for limit, way in zip(LIMITS[place], (-np.inf, np.inf), strict=True):
+        check(with_number(known, place, limit if math.isfinite(limit) else 0.0))
+        with pytest.raises(ValueError, match=rf"^state.*({place.replace('.', '|')}).* not allowed.*{rule}"):
+            check(with_number(known, place, np.nextafter(limit, way) if math.isfinite(limit) else math.inf))

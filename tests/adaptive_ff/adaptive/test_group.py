@@ -1,7 +1,9 @@
 """A group of joints against its joints one by one, what one joint must not do to another, and refusals."""
 
+import copy
 import json
 import math
+from unittest.mock import patch
 
 import numpy as np
 import pytest
@@ -10,7 +12,8 @@ from adaptive_ff import WITH_GRAVITY, AdaptiveController, JointGroup
 from adaptive_ff.adaptive.arguments import LARGEST_REGRESSOR, MOST_REGRESSORS
 from adaptive_ff.adaptive.extensions.joints import joints_of_table
 from adaptive_ff.adaptive.prior import wave_place
-from controllers import pi_gains
+from controllers import Controller, compiles, pi_gains
+from controllers.native import declined
 
 PERIOD, SAMPLES = 0.01, 300
 JOINT = dict(zip(("proportional", "integral"), pi_gains(2.0, 10.0), strict=True))
@@ -76,6 +79,22 @@ def test_group_with_regressors_is_its_joints_alone_to_the_bit():
 def test_plain_python_agrees():
     group, plain = JointGroup(controllers((0, 0))), JointGroup(controllers((0, 0))).run_uncompiled()
     np.testing.assert_allclose(run(group, 60), run(plain, 60), rtol=1e-9)
+
+
+@pytest.mark.skipif(not compiles(), reason="joints in plain Python are stepped one by one")
+def test_compiled_joints_without_a_chain_are_stepped_in_one_call():
+    mixed = JointGroup(controllers((0, 0)))
+    mixed.joints["elbow"].run_uncompiled()
+    for group, together in (
+        (JointGroup(controllers((0, 0))), True),
+        (JointGroup.from_table(ARM), False),
+        (mixed, False),
+    ):
+        for released in (1, 0):  # how often a controller has left its memory
+            with patch.object(Controller, "released", released):
+                for one in (group, copy.deepcopy(group)):
+                    run(one, 2)
+                    assert (one._fast is not declined) is together
 
 
 def test_given_regressors_follow_those_of_the_chain_to_the_bit():

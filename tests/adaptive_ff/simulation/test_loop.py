@@ -244,6 +244,37 @@ def stepped(run, before, after, change, *, gain=1.0):
     return np.array([*velocity, state.velocity])
 
 
+def in_units_of(size, **changes):
+    """Return a run of a joint with all that changes it, whose torques are smaller by a factor; heat resists more."""
+    scenario = SCENARIO.modified(
+        duration=3.0,
+        joint={
+            name: value / size for name, value in {**FIELDS, "gravity": 40.0}.items() if name != "stribeck_velocity"
+        },
+        feedback={"bandwidth": 4.0, "inertia": 20.0 / size},
+        actuator={
+            **{"delay": 0.004, "lag": 0.002, "gain": 0.9, "torque_limit": 300.0 / size, "rate_limit": 4e4 / size},
+            **{"torque_resolution": 0.5 / size, "ripple_amplitude": 2.0 / size},
+        },
+        variation={
+            **{"warm_up_excess": 0.4, "position_amplitude": 0.2, "load_share": 0.01 * size},
+            **{"thermal_resistance": 0.25 * size, "thermal_time": 3.0, "thinning": 0.1},
+        },
+        change=[{"time": 1.0, "friction_scale": 0.7, "load": 10.0 / size}],
+    )
+    return simulate(scenario, "pi")
+
+
+def test_what_acts_on_a_joint_of_small_torques_is_that_of_a_large_one_to_the_bit():
+    """In units that are powers of two, whose arithmetic is exact."""
+    large = in_units_of(1.0)
+    for size in (2.0**-6, 2.0**8):
+        other = in_units_of(size)
+        assert np.array_equal(other.velocity, large.velocity)
+        assert np.array_equal(size * other.torque, large.torque)
+    assert np.ptp(large.velocity) > 0.1
+
+
 @pytest.mark.parametrize("name", ["pi", "oracle"])
 def test_changed_joint_moves_as_one_made_with_the_changed_fields(name):
     change = {"time": 3.0, "friction_scale": 1.2, "coulomb_scale": 0.5, "viscous_scale": 2.0}
