@@ -6,6 +6,7 @@ import subprocess
 import sys
 import tempfile
 from pathlib import Path
+from types import SimpleNamespace
 from unittest.mock import patch
 
 import numpy as np
@@ -47,6 +48,26 @@ def test_kernels_that_came_with_the_package_are_looked_for_first_and_what_is_col
     with MODULE.collected() as wanted, pytest.raises(compiler.NoCompiler, match="one is to be compiled together"):
         MODULE.loaded("key", "one", str)
     assert list(wanted) == ["one"]
+
+
+def test_what_nobody_has_asked_for_in_thirty_days_is_removed_and_what_is_asked_for_begins_anew(tmp_path, monkeypatch):
+    now, limit = 1_700_000_000, 1_700_000_000 - 30 * 86400
+    monkeypatch.setattr(MODULE, "_writable_root", lambda: tmp_path)
+    monkeypatch.setattr(MODULE, "cache_directory", MODULE.cache_directory.__wrapped__)
+    monkeypatch.setattr(MODULE, "time", SimpleNamespace(time=lambda: float(now)))
+    own, other, old = MODULE.cache_directory(), tmp_path / "kernels-other", tmp_path / "kernels-old"
+    ages = {own / "old.so": limit - 1, own / "asked.so": limit - 1}
+    for folder, age in {own: limit - 1, other: limit, old: limit - 1}.items():
+        folder.mkdir(exist_ok=True)
+        ages |= {folder / "one.so": limit, folder: age}
+    for path, age in ages.items():
+        if path.suffix:
+            path.touch()
+        os.utime(path, (age, age))
+    MODULE._keep(own / "gone.so", own / "asked.so")
+    MODULE.clear_old()
+    left = {str(path.relative_to(tmp_path)) for path in tmp_path.rglob("*.so")}
+    assert left == {f"{own.name}/asked.so", f"{own.name}/one.so", "kernels-other/one.so"}
 
 
 SANITIZED = """
