@@ -221,7 +221,7 @@ def test_joint_that_moves_one_way_gets_no_scenario(tmp_path):
 
 
 def test_simulators_are_written_and_details_printed(tmp_path):
-    log = write_log(tmp_path / "log.csv", period=0.005)
+    log = write_log(tmp_path / "log.csv", period=0.005, duration=10.0)
     outcome, _ = identified(log, "--write", "mjcf,urdf", "--details")
     assert set(content_of(tmp_path / "out")) == FILES | {"joint.xml", "joint.urdf"}
     assert "behind one zero-phase low-pass" in outcome.out
@@ -239,7 +239,7 @@ def test_voltage_becomes_a_torque_and_its_back_emf_is_said(log, tmp_path, withou
 
 
 def test_pictures_and_reports_that_an_earlier_run_left_are_said(tmp_path, monkeypatch):
-    log, out = write_log(tmp_path / "log.csv", period=0.005), tmp_path / "out"
+    log, out = write_log(tmp_path / "log.csv", period=0.005, duration=10.0), tmp_path / "out"
     monkeypatch.setattr(page, "_encoded", lambda *_, **__: "")
     first, _ = identified(log, "--report", "--format", "pdf")
     assert "Of an earlier run" not in first.out

@@ -89,12 +89,12 @@ def test_both_halves_of_a_log_agree_within_their_intervals():
         assert min(abs(half.parameters[name].value - true) / abs(true) for half in halves) < 0.05
 
 
-def test_gravity_is_taken_where_it_takes_torque_and_not_on_a_linear_axis():
+def test_gravity_is_taken_where_it_takes_torque_and_not_on_a_linear_axis(found):
     log, _ = sines_log(lambda q, w: 0.8 * np.sign(w) + 2.0 * np.sin(q + 0.3), rate=250)
-    found = identify_log(log)
-    assert found.gravity == pytest.approx((2.0, 0.3), rel=0.02)
-    assert found.value("coulomb") == pytest.approx(0.8, rel=0.02)
-    assert "gravity_sine" not in identify_log(LOG).parameters
+    heavy = identify_log(log)
+    assert heavy.gravity == pytest.approx((2.0, 0.3), rel=0.02)
+    assert heavy.value("coulomb") == pytest.approx(0.8, rel=0.02)
+    assert "gravity_sine" not in found.parameters
     assert "gravity_sine" not in identify_log(log, linear=True).parameters
     assert "gravity_sine" not in identify_log(log, model="offset").parameters
 

@@ -42,14 +42,12 @@ def test_scenario_model_and_first_estimate_are_one(heavy, tmp_path):
 
 
 @pytest.mark.parametrize("shape", ["gravity", "directions", "stribeck"])
-def test_simulated_scenario_has_the_friction_curve_of_the_log(shape, tmp_path):
+def test_simulated_scenario_has_the_friction_curve_of_the_log(shape, heavy, tmp_path):
     further = {
-        "gravity": lambda q, w: 0.8 * np.sign(w) + 2.0 * np.sin(q + 0.3),
         "directions": lambda q, w: 0.8 * np.sign(w) + 0.2 * np.abs(w) + 0.1,
         "stribeck": lambda q, w: np.sign(w) * (0.8 + 0.6 * np.exp(-np.abs(w) / 0.3)),
-    }[shape]
-    log, _ = sines_log(further)
-    found = identify_log(log)
+    }
+    found = heavy[1] if shape == "gravity" else identify_log(sines_log(further[shape])[0])
     run = simulate(written(found, tmp_path).modified(sensor={"velocity_noise": 0.0}, duration=25.0), "oracle")
     speeds = np.array([-1.0, -0.5, -0.2, 0.2, 0.5, 1.0])
     scale = np.max(np.abs(found.friction(speeds)))
