@@ -14,103 +14,6 @@ from adaptive_ff import WITH_GRAVITY, WITH_OFFSET, export_controller, run_in_c
 EXAMPLE = Path(__file__).resolve().parents[2] / "examples" / "ros2_control"
 WARNINGS = ("-Wall", "-Wextra", "-Wshadow", "-pedantic", "-Werror")
 CPP = ("-std=c++17", "-O1", *WARNINGS, "-I", EXAMPLE, "-I", EXAMPLE / "stubs")
-PROGRAM = """
-#include <cstdio>
-#include "axes.hpp"
-
-int main(int, char ** arguments)
-{
-  const bool cascaded = std::string(arguments[2]) == "cascaded";
-  friction_compensation::Axis1 axis;
-  axis.get_node()->name = "axis1_velocity";
-  using controller_interface::CallbackReturn;
-  if (axis.on_init() != CallbackReturn::ERROR) { return 1; }  // no joint is named
-  axis.get_node()->texts["joint"] = "joint_1";
-  axis.get_node()->numbers["effort_limit"] = 40.0;
-  axis.get_node()->texts["state_file"] = arguments[1];
-  if (cascaded) { axis.get_node()->flags["use_position"] = true; }
-  double velocity = 0.0, effort = 0.0, position = 0.0, command = 0.0;
-  using hardware_interface::LoanedInterface;
-  axis.state_interfaces_ = {LoanedInterface(&velocity), LoanedInterface(&effort)};
-  if (cascaded) { axis.state_interfaces_.emplace_back(&position); }
-  axis.command_interfaces_ = {LoanedInterface(&command)};
-  const rclcpp_lifecycle::State state;
-  if (axis.on_init() != CallbackReturn::SUCCESS || axis.on_configure(state) != CallbackReturn::SUCCESS) { return 2; }
-  auto references = axis.export_reference_interfaces();
-  if (axis.on_activate(state) != CallbackReturn::SUCCESS) { return 3; }
-  if (references[0].get_name() != "axis1_velocity/joint_1/velocity") { return 4; }
-  if (references[2].get_name() != "axis1_velocity/joint_1/velocity_correction") { return 9; }
-  const auto claimed = axis.state_interface_configuration().names;
-  if (claimed.size() != axis.state_interfaces_.size()) { return 10; }
-  if (cascaded && claimed[2] != "joint_1/position") { return 11; }
-  const rclcpp::Duration period(0.01);
-  for (int k = 0; k < 300; k++) {
-    references[0].set_value(0.2 * std::sin(0.03 * k));
-    references[1].set_value(1.5);
-    if (cascaded) { references[2].set_value(k % 30 == 4 ? std::nan("") : 0.02 * std::sin(0.07 * k)); }
-    position = k % 40 == 9 ? std::nan("") : 0.5 - 6.0 * std::cos(0.03 * k);
-    velocity = k % 50 == 7 ? std::nan("") : 0.19 * std::sin(0.03 * k - 0.03);
-    effort = command;
-    if (axis.update(rclcpp::Time(), period) != controller_interface::return_type::OK) { return 5; }
-    std::printf("%.17g\\n", command);
-  }
-  references[0].set_value(std::nan(""));
-  if (axis.update(rclcpp::Time(), period) != controller_interface::return_type::ERROR) { return 6; }
-  if (axis.on_deactivate(state) != CallbackReturn::SUCCESS || command != 0.0) { return 7; }
-  if (axis.on_configure(state) != CallbackReturn::SUCCESS) { return 8; }  // the state that it has left
-  if (axis.on_activate(state) != CallbackReturn::SUCCESS) { return 12; }
-  references[0].set_value(0.0);
-  references[1].set_value(0.0);
-  if (cascaded) { references[2].set_value(0.0); }
-  velocity = effort = 0.0;
-  if (axis.update(rclcpp::Time(), period) != controller_interface::return_type::OK) { return 13; }
-  if (std::fabs(command) > 1.0) { return 14; }  // a joint at rest is not thrown by the integral of the last motion
-  return 0;
-}
-"""
-
-
-WITH_REGRESSORS = """
-#include <cstdio>
-#include "axis.hpp"
-#include "friction_compensation.hpp"
-#include "elbow.h"
-
-FRICTION_COMPENSATION_AXIS_WITH_REGRESSORS(Elbow, elbow, ELBOW)
-
-int main()
-{
-  friction_compensation::FrictionCompensation<Elbow> axis;
-  axis.get_node()->texts["joint"] = "joint_2";
-  double velocity = 0.0, effort = 0.0, command = 0.0;
-  using hardware_interface::LoanedInterface;
-  axis.state_interfaces_ = {LoanedInterface(&velocity), LoanedInterface(&effort)};
-  axis.command_interfaces_ = {LoanedInterface(&command)};
-  const rclcpp_lifecycle::State state;
-  using controller_interface::CallbackReturn;
-  if (axis.on_init() != CallbackReturn::SUCCESS || axis.on_configure(state) != CallbackReturn::SUCCESS) { return 1; }
-  auto references = axis.export_reference_interfaces();
-  if (axis.on_activate(state) != CallbackReturn::SUCCESS) { return 2; }
-  if (references.size() != 5 || references[3].get_name() != "controller/joint_2/regressor_1") { return 3; }
-  if (references[4].get_name() != "controller/joint_2/regressor_2") { return 4; }
-  const rclcpp::Duration period(0.01);
-  for (int k = 0; k < 300; k++) {
-    references[0].set_value(0.2 * std::sin(0.03 * k));
-    if (k >= 20) {
-      references[3].set_value(std::sin(0.05 * k));
-      references[4].set_value(k % 30 == 4 ? std::nan("") : std::cos(0.031 * k));
-    }
-    velocity = 0.19 * std::sin(0.03 * k - 0.03);
-    effort = command;
-    if (axis.update(rclcpp::Time(), period) != controller_interface::return_type::OK) { return 5; }
-    std::printf("%.17g\\n", command);
-  }
-  const double last = command;
-  references[3].set_value(1e7);
-  if (axis.update(rclcpp::Time(), period) != controller_interface::return_type::ERROR || command != last) { return 6; }
-  return 0;
-}
-"""
 
 needs_compilers = pytest.mark.skipif(
     shutil.which("g++") is None or shutil.which("gcc") is None, reason="there is no g++ on this machine"
@@ -118,9 +21,8 @@ needs_compilers = pytest.mark.skipif(
 
 
 def build(folder, program, prefixes):
-    """Build a program ``use`` of exported controllers."""
-    (folder / "use.cpp").write_text(program)
-    printed("g++", *CPP, "-I", folder, "-c", "use.cpp", cwd=folder)
+    """Build a program ``use`` of exported controllers, from a file beside this one."""
+    printed("g++", *CPP, "-I", folder, "-c", Path(__file__).with_name(program), "-o", "use.o", cwd=folder)
     printed("gcc", "-std=c99", "-O1", "-c", *(f"{prefix}.c" for prefix in prefixes), cwd=folder)
     printed("g++", "use.o", *(f"{prefix}.o" for prefix in prefixes), "-o", "use", "-lm", cwd=folder)
 
@@ -131,7 +33,7 @@ def test_the_wrapper_compiles_and_commands_what_python_does(tmp_path):
     for place in range(1, 7):
         export_controller(adaptive(WITH_GRAVITY) if place == 1 else made("pi"), tmp_path, prefix=f"axis{place}")
     printed("g++", *CPP, "-I", tmp_path, "-c", EXAMPLE / "plugins.cpp", "-o", tmp_path / "plugins.o")
-    build(tmp_path, PROGRAM, [f"axis{place}" for place in range(1, 7)])
+    build(tmp_path, "axes.cpp", [f"axis{place}" for place in range(1, 7)])
     commanded = {}
     for mode in ("alone", "cascaded"):
         found = np.loadtxt(printed("./use", f"{mode}.state", mode, cwd=tmp_path).splitlines())
@@ -149,7 +51,7 @@ def test_the_wrapper_hands_on_further_known_regressors(tmp_path, single):
         pytest.importorskip("cffi", reason="cffi is not installed")
     made_for_two = adaptive(WITH_OFFSET, regressors=2)
     export_controller(made_for_two, tmp_path, prefix="elbow", single=single)
-    build(tmp_path, WITH_REGRESSORS, ["elbow"])
+    build(tmp_path, "regressors.cpp", ["elbow"])
     found = np.loadtxt(printed("./use", cwd=tmp_path).splitlines())
     given, without = (commands_with_regressors(told, single) for told in (True, False))
     assert np.max(np.abs(given - without)) > 10.0

@@ -176,25 +176,43 @@ def test_pause_is_a_standstill_inside_the_motion():
     assert np.max(np.abs(np.diff(velocity))) < 1.5 * np.max(np.abs(np.diff(unbroken)))
 
 
-def test_loop_serves_its_compiled_and_plain_form_alike_with_everything_at_once():
-    scenario = SCENARIO.modified(
+def everything(size=1.0):
+    """Return a scenario with everything at once, whose torques are smaller by a factor; heat resists more."""
+    torques = {"inertia": 20.0, "coulomb": 60.0, "stiction": 90.0, "viscous": 80.0, "gravity": 40.0}
+    return SCENARIO.modified(
         duration=2.0,
+        joint={name: torque / size for name, torque in torques.items()},
         sampling={"jitter": 0.9},
         sensor={"ripple_amplitude": 1e-4, "ripple_period": 0.02},
-        feedback={"bandwidth": 5.0},
-        actuator={"delay": 0.004, "torque_resolution": 0.5, "ripple_amplitude": 2.0, "rate_limit": 2e4},
-        variation={
-            **{"warm_up_excess": 0.4, "position_amplitude": 0.2, "load_share": 0.01},
-            **{"thermal_resistance": 5.0, "thermal_time": 3.0, "thinning": 0.01},
+        feedback={"bandwidth": 5.0, "inertia": 20.0 / size},
+        actuator={
+            **{"delay": 0.004, "lag": 0.002, "gain": 0.9, "torque_limit": 300.0 / size, "rate_limit": 2e4 / size},
+            **{"torque_resolution": 0.5 / size, "ripple_amplitude": 2.0 / size},
         },
-        change=[{"time": 1.0, "friction_scale": 0.7, "load": 10.0}],
+        variation={
+            **{"warm_up_excess": 0.4, "position_amplitude": 0.2, "load_share": 0.01 * size},
+            **{"thermal_resistance": 0.5 * size, "thermal_time": 3.0, "thinning": 0.1},
+        },
+        change=[{"time": 1.0, "friction_scale": 0.7, "load": 10.0 / size}],
     )
-    setup, controller, other = build_setup(scenario), make("adaptive", scenario), make("adaptive", scenario)
+
+
+def test_loop_serves_its_compiled_and_plain_form_alike_with_everything_at_once():
+    setup, controller, other = build_setup(everything()), make("adaptive", everything()), make("adaptive", everything())
     plain, _ = drive(controller, setup, run=run_plain)
     fast, _ = drive(other, setup)
     assert np.array_equal(plain.torque, fast.torque)
     assert np.array_equal(plain.velocity, fast.velocity)
     assert np.ptp(fast.velocity) > 0.1
+
+
+def test_what_acts_on_a_joint_of_small_torques_is_that_of_a_large_one_to_the_bit():
+    """In units that are powers of two, whose arithmetic is exact."""
+    large = simulate(everything(), "pi")
+    for size in (2.0**-6, 2.0**8):
+        other = simulate(everything(size), "pi")
+        assert np.array_equal(other.velocity, large.velocity)
+        assert np.array_equal(size * other.torque, large.torque)
 
 
 def test_a_sensor_that_ripples_shows_it_in_velocity_and_position_alike():
@@ -242,37 +260,6 @@ def stepped(run, before, after, change, *, gain=1.0):
         torque = gain * command - gravity_torque(joint.weight, state.position)
         state = step_joint(joint.parameters, state, torque, period)
     return np.array([*velocity, state.velocity])
-
-
-def in_units_of(size, **changes):
-    """Return a run of a joint with all that changes it, whose torques are smaller by a factor; heat resists more."""
-    scenario = SCENARIO.modified(
-        duration=3.0,
-        joint={
-            name: value / size for name, value in {**FIELDS, "gravity": 40.0}.items() if name != "stribeck_velocity"
-        },
-        feedback={"bandwidth": 4.0, "inertia": 20.0 / size},
-        actuator={
-            **{"delay": 0.004, "lag": 0.002, "gain": 0.9, "torque_limit": 300.0 / size, "rate_limit": 4e4 / size},
-            **{"torque_resolution": 0.5 / size, "ripple_amplitude": 2.0 / size},
-        },
-        variation={
-            **{"warm_up_excess": 0.4, "position_amplitude": 0.2, "load_share": 0.01 * size},
-            **{"thermal_resistance": 0.25 * size, "thermal_time": 3.0, "thinning": 0.1},
-        },
-        change=[{"time": 1.0, "friction_scale": 0.7, "load": 10.0 / size}],
-    )
-    return simulate(scenario, "pi")
-
-
-def test_what_acts_on_a_joint_of_small_torques_is_that_of_a_large_one_to_the_bit():
-    """In units that are powers of two, whose arithmetic is exact."""
-    large = in_units_of(1.0)
-    for size in (2.0**-6, 2.0**8):
-        other = in_units_of(size)
-        assert np.array_equal(other.velocity, large.velocity)
-        assert np.array_equal(size * other.torque, large.torque)
-    assert np.ptp(large.velocity) > 0.1
 
 
 @pytest.mark.parametrize("name", ["pi", "oracle"])

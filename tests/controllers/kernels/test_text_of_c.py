@@ -181,6 +181,7 @@ KERNEL = """def kernel(x, n, row, t, p):
     # above
     total, new = 0.0, 2  # beside
     x, total = total, x
+    pass  # of no statement
     t[1] = (x, 2.0)
     for i in range(row.size):
         if i == n:  # the one
