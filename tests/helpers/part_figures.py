@@ -324,12 +324,6 @@ def jittered(size):
     return Log(log.name, log.time + size * np.sin(3.0 * log.time) ** 5, log.torque, position=log.position)
 
 
-def slowed(factor):
-    """Return a log of rows that are most of a second apart."""
-    log = make_log(15.0, 0.05, 0.05)
-    return Log(log.name, factor * log.time, log.torque, position=log.position)
-
-
 def steered(velocity, further=None):
     """Return a log of a joint along a velocity of the time (s), with a known torque, rad, beside."""
     time = 0.01 * np.arange(1400)
@@ -393,7 +387,7 @@ LOGS = {
     "jitter": (partial(jittered, 0.0005), {"confidence": 0.99}),
     "gaps": (partial(jittered, 0.008), {"model": "directions"}),
     "viscous": (partial(make_log, 14.0, 0.01, 0.05, 104, -6.0, coulomb=0.1), {}),
-    "slow": (partial(slowed, 15.0), {"model": "coulomb-viscous"}),
+    "slow": (lambda: replace(make_log(15.0, 0.05, 0.05), time=0.75 * np.arange(300)), {"model": "coulomb-viscous"}),
 }
 """Logs in closed form, and how they are identified."""
 

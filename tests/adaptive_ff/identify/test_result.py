@@ -119,6 +119,7 @@ def test_ends_of_a_motion_are_joined_no_steeper_than_it_is():
         ((-1.0, 1.0, 1.0, 0.0), 0.95, None),
         ((1.0, -1.0, -1.0, 0.0), 0.9, None),
         ((-1.0, -1.0, 3.0, 9.0), 0.9, None),  # explains little
+        ((-1.0, 0.0, 3.0, 0.0), 0.9, None),
         ((-1.0, 1.0, -3.0, 0.0), 0.9, "friction would drive the joint"),
         ((-1.0, -1.0, 3.0, 0.0), 0.9, "friction would drive the joint"),
         ((1.0, 1.0, 1.0, 0.0), 0.96, "the motion explains 8 % of the torque"),

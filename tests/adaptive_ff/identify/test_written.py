@@ -142,12 +142,11 @@ def test_open_loop_follows_another_log_of_the_joint_and_not_one_of_another(heavy
     assert score.fit == pytest.approx(100.0 * (1.0 - score.rms / np.std(score.measured)))
     assert score.found.best.values["inertia"] == pytest.approx(found.value("inertia"), rel=0.02)
     other, _ = sines_log(lambda q, w: 4.0 * np.sign(w) + 2.0 * np.sin(q + 0.3))
-    worse = score_log(log, other)
+    worse = score_log(log, other.part(np.delete(np.arange(15000), np.s_[6000:7000])))
+    assert f"{other.name}: the longest of 2 segments is simulated, " in worse.cautions[-1]
     assert worse.windows > 3.0 * score.windows
     assert worse.torque_left > 0.2
     assert score.to_dict()["verdict"] == "follows"
-    cut = score_log(log, other.part(np.delete(np.arange(15000), np.s_[6000:7000])))
-    assert f"{other.name}: the longest of 2 segments is simulated, " in cut.cautions[-1]
 
 
 @pytest.mark.parametrize(
@@ -172,6 +171,15 @@ def test_score_of_the_log_itself_is_said_to_say_nothing(heavy):
     assert any("its error says nothing about other motion" in caution for caution in score.cautions)
     fast = score_log(log := make_log(6.0, period=0.0005), log)
     assert fast.simulated.size == fast.time.size == fast.measured.size
+
+
+@pytest.mark.parametrize("role", ["train", "test"])
+def test_both_logs_of_a_score_have_positions(heavy, role):
+    given = dict.fromkeys(("train", "test"), heavy[0])
+    with pytest.raises(TypeError, match=rf"^{role} = None is not allowed: it must be a Log"):
+        score_log(**{**given, role: None})
+    with pytest.raises(InputError, match="log: a score takes a log with positions, not velocities"):
+        score_log(**{**given, role: make_log(6.0, as_position=False)})
 
 
 def test_motion_of_the_scenario_is_that_of_the_log():
