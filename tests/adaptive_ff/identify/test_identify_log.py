@@ -10,13 +10,13 @@ from scipy import integrate, stats
 from synthetic_logs import JOINT, make_log, sines_log
 
 from adaptive_ff import InputError, identify_log, load_scenario, simulate
-from adaptive_ff.identify.columns import Map, Shape, unit_torques
+from adaptive_ff.identify.columns import TEXTBOOK, Map, Shape, unit_torques
 from adaptive_ff.identify.identification import FAMILIES
-from adaptive_ff.identify.motion import Segment, Spectrum, derivative, even, lowpass, make_rows, spectrum
+from adaptive_ff.identify.motion import TUNING, Segment, Spectrum, derivative, even, lowpass, make_rows, spectrum
 from adaptive_ff.identify.preparation import narrowed, prepare
 from adaptive_ff.identify.regression import Model, quantile
 from adaptive_ff.identify.result import CARE, GOOD, UNUSABLE
-from adaptive_ff.identify.selection import Estimated, averaged, by_band, is_better
+from adaptive_ff.identify.selection import Estimated, _identifiable, averaged, by_band, is_better
 from adaptive_ff.logs.log import KNOWN, Log
 from adaptive_ff.replay.replay import replay_log
 
@@ -402,3 +402,19 @@ def test_terms_are_better_where_students_t_and_the_fall_are_those_of_the_rule():
 def test_a_cubic_goes_through_four_samples():
     time, grid = np.array([0.0, 1.0, 2.5, 4.0]), np.array([0.5, 3.0])
     assert even(time, time**3 - time, grid) == pytest.approx(grid**3 - grid)
+
+
+def test_terms_that_the_motion_or_its_noise_hides_are_left_out_with_the_reason():
+    def left_out(noise=0.0, **tolerance):
+        left = dict.fromkeys(TEXTBOOK, 1.0) | tolerance
+        folds = SimpleNamespace(rows=np.array([3, 5]), gram=np.full((2, 4, 4), 4.0), tolerance=lambda: left)
+        model, lacking = _identifiable(SimpleNamespace(fit=lambda _: folds, noise={"inertia": noise}), TEXTBOOK)
+        assert set(TEXTBOOK) - set(model.names) == set(lacking)
+        return lacking
+
+    limit = 1.0 - TUNING.collinear**0.25  # of the noise in the mean square of the acceleration
+    assert left_out(limit - 1e-6) == {}
+    assert left_out(limit + 1e-6) == left_out(1.5) == {"inertia": "no_acceleration"}
+    for name, reason in {"coulomb": "one_way", "viscous": "one_speed", "inertia": "no_acceleration"}.items():
+        assert left_out(**{name: 1.001 * TUNING.collinear}) == {}
+        assert left_out(**{name: 0.999 * TUNING.collinear}) == {name: reason}
