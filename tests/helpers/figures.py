@@ -101,8 +101,7 @@ def log_figures(name):
     found = identify_log(log, validation=other, held_out=0.3)
     left = {key: one._asdict() for key, one in replay_log(other).left.items()}
     del left["fixed"]["whole"]  # its first samples hang on a lag that nothing determines
-    score = score_log(log, other).to_dict()
-    del score["identification"]
+    score = score_log(log, other).to_dict() | {"identification": {}}
     return dict(numbers({"identified": found.to_dict(), "left": left, "score": score}))
 
 

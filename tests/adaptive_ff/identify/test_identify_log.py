@@ -390,6 +390,12 @@ def test_folds_are_as_long_as_a_cycle_of_the_motion_and_half_of_the_band_is_as_i
     assert narrowed(data).fold.tolist() == prepare(log, bandwidth=0.5 * data.band).fold.tolist()
 
 
+@pytest.mark.parametrize(("seconds", "fitted"), [(0.75, 1), (0.85, 2)])
+def test_a_segment_of_fewer_than_four_cycles_of_the_band_is_not_fitted(seconds, fitted):
+    apart = (LOG.time < 20.0) | (np.abs(LOG.time - 25.0) < 0.5 * seconds)
+    assert len(prepare(LOG.part(apart), bandwidth=5.0).rows) == fitted
+
+
 def test_terms_are_better_where_students_t_and_the_fall_are_those_of_the_rule():
     old = np.array([4.0, 5.0, 6.0, 5.0, 4.5, 5.5])
     new = old - [1.5, 0.5, 3.0, 1.0, 2.0, 1.0]

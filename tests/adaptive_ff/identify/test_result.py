@@ -12,6 +12,7 @@ from synthetic_logs import make_log
 from adaptive_ff import InputError
 from adaptive_ff.identify.columns import ROTARY, Map, Shape
 from adaptive_ff.identify.identification import _check_plausible
+from adaptive_ff.identify.motion import TUNING
 from adaptive_ff.identify.regression import Fit, Model, Parameter
 from adaptive_ff.identify.result import CARE, GOOD, UNUSABLE, LogIdentification
 from adaptive_ff.identify.scenario_text import _beside_friction, joined_ends, left_out
@@ -100,6 +101,8 @@ def test_scenario_learns_and_simulates_what_there_is_beside_friction():
     assert learnt == {**gravity, "ripple_periods": [0.7, 0.3], "position_periods": [0.7, 0.3]}
     assert simulated["variation"] == pytest.approx({"position_amplitude": 0.5, "position_period": 0.7})
     assert simulated["actuator"] == pytest.approx({"ripple_amplitude": 0.6, "ripple_period": 0.3})
+    steep = identified(Shape(), friction_sine_1=9.0, friction_cosine_2=-9.0).first_estimate()["position_map"]
+    assert steep == (0.0, TUNING.most_variation, -TUNING.most_variation, 0.0)
 
 
 def test_ends_of_a_motion_are_joined_no_steeper_than_it_is():

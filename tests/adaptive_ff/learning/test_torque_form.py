@@ -97,6 +97,9 @@ def test_torque_is_held_over_the_period_that_ends_and_its_slope_is_regressed_wit
     assert signals.filters[torque_form.FILTER_TORQUE, 0] == torque
     torque_form.write_regressors(FORM, signals, longer := np.zeros(7))
     assert longer.tolist() == [*row, 1.0]
+    every = torque_form.Signals(np.arange(12.0).reshape(6, 2), 3.0)
+    assert torque_form.write_regressors(FORM, every, longest := np.zeros(9)) == 0.0
+    assert longest[1:].tolist() == [3.0, 4.0, 6.0, 2.0, -1.0, 1.0, 8.0, 10.0]
 
 
 POLES = st.floats(1.0, 300.0)
