@@ -16,8 +16,8 @@ from adaptive_ff.simulation.experiment import empty_record
 from adaptive_ff.simulation.loop import run_in_memory, run_plain, start_position
 from controllers import PI, DisturbanceObserver, ExtendedState, SuperTwisting
 from controllers.declaration import initial_state
-from controllers.native import declined
-from controllers.registry import RULES
+from controllers.native import declined, step_native
+from controllers.registry import RULES, Inputs
 
 
 def pi():
@@ -54,15 +54,11 @@ def test_a_state_that_is_set_is_the_one_that_goes_on():
     assert steps(controller) == first
 
 
-def test_numbers_that_are_no_floats_are_taken_and_compile_nothing():
-    exact, other = pi(), pi()
-    assert exact.step(1.0, 0.0) == other.step(np.float32(1.0), 0) == pytest.approx(2050.0)
-
-
-def test_numbers_that_are_no_floats_are_those_floats_in_plain_python_too():
+def test_numbers_that_are_no_floats_are_those_floats_compiled_or_not():
     given = {"next_reference": np.float32(0.3), "realised_torque": np.float32(0.7)}
     compiled, plain = pi().step(np.float32(0.1), 0, **given), pi().run_uncompiled().step(np.float32(0.1), 0, **given)
     assert (type(plain), plain) == (float, compiled)
+    assert pi().step(1.0, 0.0) == pi().step(np.float32(1.0), 0) == pytest.approx(2050.0)
 
 
 def test_regressors_are_not_taken_beside_what_is_no_number():
@@ -86,6 +82,11 @@ def test_the_loop_is_compiled_once_for_controllers_of_all_classes():
         run_in_memory(controller.native, 0, setup, start_position(setup), setup.noise.size, record)
         versions.append(len(run_in_memory._known))
     assert versions == [versions[0]] * 3
+
+
+def test_every_input_reaches_a_controller_in_memory():
+    step_native(native := pi().native, 0, Inputs(*range(1, 12)))
+    assert native.exchange[:11].tolist() == list(range(1, 12))
 
 
 def test_compiled_runs_write_estimates_and_monitors_as_plain_ones_do():

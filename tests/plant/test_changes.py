@@ -133,6 +133,7 @@ def test_changes_are_refused_for_the_most_friction_that_they_come_to():
     check_factor(joint, plan, 0.999 * longest, 20.0)
     with pytest.raises(ValueError, match=r"^friction up to 5.07 times the joint's is"):
         check_factor(joint, plan, 1.001 * longest, 20.0)
+    check_factor(joint, plan._replace(warm_up_excess=-0.5), 1.49 * longest, 20.0)  # less when cold is no more when warm
 
 
 def test_noise_is_white_and_gaussian_with_the_stated_deviation():

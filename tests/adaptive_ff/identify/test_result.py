@@ -92,7 +92,8 @@ def test_simulators_have_the_joint_on_the_side_of_the_gear_and_name_what_they_la
 
 def test_scenario_learns_and_simulates_what_there_is_beside_friction():
     gravity, waves = {"identify": "gravity"}, {"friction_sine_1": 0.9, "friction_cosine_1": 1.2, "friction_sine_2": 0.6}
-    assert _beside_friction(identified(load_friction=0.75)) == (gravity, {"variation": {"load_share": 0.25}})
+    below = identified(load_friction=0.75, gravity_cosine=-1.0)
+    assert _beside_friction(below) == (gravity, {"variation": {"load_share": 0.25}})
     assert left_out(identified(load_friction=0.75, force_hat_2=1.0)) == ["force_hat_2"]
     assert left_out(identified(Shape(), load_friction=0.75)) == ["load_friction"]
     for nothing in ({"coulomb": 0.0}, {"shape": Shape()}, {"gravity_sine": 0.0, "gravity_cosine": 0.0}):

@@ -145,6 +145,7 @@ def test_open_loop_follows_another_log_of_the_joint_and_not_one_of_another(heavy
     worse = score_log(log, other.part(np.delete(np.arange(15000), np.s_[6000:7000])))
     assert f"{other.name}: the longest of 2 segments is simulated, " in worse.cautions[-1]
     assert worse.windows > 3.0 * score.windows
+    np.testing.assert_allclose(np.interp(score.time, log.time, log.position), score.measured, atol=1e-9)
     assert worse.torque_left > 0.2
     assert score.to_dict()["verdict"] == "follows"
 

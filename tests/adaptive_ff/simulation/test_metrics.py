@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from adaptive_ff.simulation.metrics import evaluate
-from adaptive_ff.simulation.tracking_errors import TrackingErrors, pooled, ratios, tracking_errors
+from adaptive_ff.simulation.tracking_errors import TrackingErrors, failed, pooled, ratios, tracking_errors
 
 
 def errors(*values):
@@ -88,3 +88,4 @@ def test_window_where_pi_has_nearly_no_error_counts_as_a_share_of_its_median_win
 def test_more_is_better_of_settled_alone_and_changes_are_meant_geometrically():
     found = ratios(parts([1.0], 2.0, 2.0, [1.0, 1.0]), parts([1.0], 1.0, 1.0, [0.5, 0.125]))
     assert found == pytest.approx({"settled": 2.0, "window": 1.0, "start": 0.5, "after": 0.25})
+    assert ratios(failed(parts([1.0])), failed(parts([1.0])))["settled"] == math.inf

@@ -108,8 +108,9 @@ def stribeck(speed):
 
 def test_friction_that_falls_more_steeply_than_the_gain_is_warned_of():
     bandwidth = 500.0 / (2.0 * math.pi * INERTIA)  # Kp = 500 N m s/rad
-    with pytest.warns(UserWarning, match=r"falls by up to 520 .* gain of 500 .* hunt"):
+    with pytest.warns(UserWarning, match=r"falls by up to 520 .* gain of 500 .* hunt") as said:
         controllers.design_pi(INERTIA, 0.01, bandwidth, friction=stribeck)
+    assert said[0].filename == __file__
 
 
 def encoders(period):
