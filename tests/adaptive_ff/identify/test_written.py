@@ -168,8 +168,7 @@ def test_open_loop_has_friction_that_no_scenario_has(friction):
 
 def test_score_of_the_log_itself_is_said_to_say_nothing(heavy):
     log = heavy[0].part(slice(0, 5000))
-    score = score_log(log, log)
-    assert any("its error says nothing about other motion" in caution for caution in score.cautions)
+    assert any("its error says nothing about other motion" in caution for caution in score_log(log, log).cautions)
     fast = score_log(log := make_log(6.0, period=0.0005), log)
     assert fast.simulated.size == fast.time.size == fast.measured.size
 
@@ -181,6 +180,8 @@ def test_both_logs_of_a_score_have_positions(heavy, role):
         score_log(**{**given, role: None})
     with pytest.raises(InputError, match="log: a score takes a log with positions, not velocities"):
         score_log(**{**given, role: make_log(6.0, as_position=False)})
+    with pytest.raises(TypeError, match=r"^log = None is not allowed: it must be a Log"):
+        identify_log(None)
 
 
 def test_motion_of_the_scenario_is_that_of_the_log():
